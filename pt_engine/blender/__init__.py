@@ -1,0 +1,1 @@
+"""Everything that knows Blender: the engine, its panels, the export."""

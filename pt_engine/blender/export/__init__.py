@@ -1,0 +1,1 @@
+"""Blender's evaluated scene becomes a snapshot."""

@@ -1,0 +1,1 @@
+"""Scattering models, one a file."""

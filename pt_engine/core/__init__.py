@@ -1,0 +1,1 @@
+"""Vectors, warps, distributions, random numbers."""

@@ -1,0 +1,1 @@
+"""Light sources, one a file, and the choice among them."""

@@ -1,0 +1,1 @@
+"""Shader graphs, compiled into programs over lanes."""

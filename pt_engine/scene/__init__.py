@@ -1,0 +1,1 @@
+"""The prepared scene: acceleration, geometry, materials, lights."""

@@ -1,0 +1,269 @@
+"""The snapshot: everything a render needs, as plain arrays.
+
+It is the seam of the house. Left of it only `blender/` knows bpy; right of it nothing does. It serves
+worker processes, bug reports and tests without Blender. All lengths are Blender units (metres), world
+space is Blender's (right-handed, +Z up), colours are scene-linear Rec.709 unless a name says otherwise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+Int32: TypeAlias = NDArray[np.int32]
+
+Value: TypeAlias = "float | tuple[float, ...] | str | bool | int | None"
+
+
+class Link(NamedTuple):
+    """An input fed by output `socket` of node number `node` of the same graph."""
+
+    node: int
+    socket: str
+
+
+@dataclass(frozen=True)
+class Node:
+    """One shader node; groups, reroutes and mutes are already resolved.
+
+    Attributes
+    ----------
+    kind : str
+        Blender's bl_idname without the prefix ``ShaderNode``: ``BsdfPrincipled``, ``TexImage`` ...
+    name : str
+        Where it is, for messages: ``Group/Noise Texture``.
+    inputs : dict[str, Value | Link]
+        By socket identifier; unlinked sockets hold their value (a tuple for colours and vectors,
+        None where the socket hides its value and the node has a default of its own).
+    props : dict
+        The node's own settings (enums as str, numbers, tuples; curves and ramps as nested tuples;
+        ``image`` as an index into `Snapshot.images`).
+    """
+
+    kind: str
+    name: str
+    inputs: dict[str, Value | Link] = field(default_factory=dict)
+    props: dict[str, object] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Graph:
+    """A shader graph, flat. `outputs` maps ``Surface``, ``Volume``, ``Displacement`` to what feeds it."""
+
+    name: str
+    nodes: tuple[Node, ...] = ()
+    outputs: dict[str, Link] = field(default_factory=dict)
+    notes: tuple[tuple[str, str], ...] = ()  # (node name, what the exporter had to leave out)
+
+
+@dataclass(frozen=True)
+class ImageData:
+    """An image texture: an encoded file (`encoded`) or decoded pixels, bottom row first.
+
+    `pixels` is (height, width, 4) float32; `encoded` the file's bytes as uint8 with `suffix` naming
+    the format. Exactly one of them is set, or neither where the file is missing (`problem` says why).
+    """
+
+    name: str
+    colorspace: str = "sRGB"
+    alpha_mode: str = "STRAIGHT"  # STRAIGHT, PREMUL, CHANNEL_PACKED, NONE
+    encoded: NDArray[np.uint8] | None = None
+    suffix: str = ""
+    pixels: Float32 | None = None
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class MeshData:
+    """One evaluated mesh in object space.
+
+    Attributes
+    ----------
+    vertices : (V, 3) float32
+    triangles : (T, 3) int32
+    material_slot : (T,) int32
+    normals : (K, 3) float32 or None
+        Unit shading normals; None where every face is flat.
+    normal_index : (T, 3) int32 or None
+        Row of `normals` at each corner; may be `triangles` itself where normals are per vertex.
+    corner_index : (T, 3) int32 or None
+        Row of the corner-domain layers (`uvs`, corner `colors`) at each corner.
+    uvs : dict[str, (L, 2) float32]
+    colors : dict[str, (L, 4) or (V, 4) float32]
+        Linear; a (V, 4) layer is indexed by `triangles`, an (L, 4) layer by `corner_index`.
+    active_uv, active_color : str
+        Names of the layers a node means when it names none ("" if there is none).
+    texture_space : (2, 3) float32
+        Location and half-size of the box that Generated coordinates map to [0, 1].
+    orco : (V, 3) float32 or None
+        Undeformed positions for Generated where they differ from `vertices`.
+    """
+
+    name: str
+    vertices: Float32
+    triangles: Int32
+    material_slot: Int32
+    normals: Float32 | None = None
+    normal_index: Int32 | None = None
+    corner_index: Int32 | None = None
+    uvs: dict[str, Float32] = field(default_factory=dict)
+    colors: dict[str, Float32] = field(default_factory=dict)
+    active_uv: str = ""
+    active_color: str = ""
+    texture_space: Float32 = field(
+        default_factory=lambda: np.array([[0, 0, 0], [1, 1, 1]], np.float32)
+    )
+    orco: Float32 | None = None
+
+
+@dataclass(frozen=True)
+class Instances:
+    """All placed meshes, one row each (struct of arrays: a scene may have 10,000 of them).
+
+    Attributes
+    ----------
+    mesh : (I,) int32
+        Index into `Snapshot.meshes`.
+    matrix : (I, 4, 4) float64
+        Object to world.
+    materials : (I, S) int32
+        Material of each slot (index into `Snapshot.materials`), padded with the last; slot numbers
+        past the end use the last, as Blender does.
+    random : (I,) float32
+        Object Info's Random.
+    color : (I, 4) float32
+        Object colour.
+    pass_index : (I,) int32
+    visibility : (I,) uint8
+        Bits of `Visibility`: which rays see it.
+    names : tuple[str, ...]
+        The object's name, for messages.
+    """
+
+    mesh: Int32
+    matrix: Float64
+    materials: Int32
+    random: Float32
+    color: Float32
+    pass_index: Int32
+    visibility: NDArray[np.uint8]
+    names: tuple[str, ...]
+
+
+class Visibility:
+    """Which rays see an object (bits; Blender's ray visibility panel)."""
+
+    CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, SHADOW, VOLUME = 1, 2, 4, 8, 16, 32
+    ALL = 63
+
+
+@dataclass(frozen=True)
+class LightData:
+    """A lamp, in Blender's units and conventions.
+
+    Attributes
+    ----------
+    kind : str
+        POINT, SPOT, SUN or AREA.
+    matrix : (4, 4) float64
+        To world; the lamp shines along its local -Z.
+    power : float
+        Watts (sun: irradiance, W·m⁻²), exposure already multiplied in, as in the panel.
+    color : tuple of 3
+        Linear, temperature already multiplied in.
+    radius : float
+        Point and spot.
+    soft_falloff : bool
+    spot_size, spot_blend : float
+        Full cone angle in radians; blend in [0, 1].
+    angle : float
+        Sun's angular diameter in radians.
+    shape : str
+        SQUARE, RECTANGLE, DISK, ELLIPSE.
+    size : tuple of 2
+        Full edge lengths or diameters, before the matrix's scale.
+    spread : float
+        Radians, pi for none.
+    normalize : bool
+        Whether `power` is total power (True) or radiance-like strength.
+    graph : Graph or None
+        Its node tree, where it has one.
+    """
+
+    kind: str
+    name: str
+    matrix: Float64
+    power: float
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    radius: float = 0.0
+    soft_falloff: bool = False
+    spot_size: float = 0.785398
+    spot_blend: float = 0.15
+    angle: float = 0.0
+    shape: str = "SQUARE"
+    size: tuple[float, float] = (1.0, 1.0)
+    spread: float = float(np.pi)
+    normalize: bool = True
+    cast_shadow: bool = True
+    use_mis: bool = True
+    visibility: int = Visibility.ALL & ~Visibility.CAMERA
+    graph: Graph | None = None
+
+
+@dataclass(frozen=True)
+class CameraData:
+    """The camera. `matrix` is camera to world without scale; it looks along its -Z, +Y up.
+
+    Attributes
+    ----------
+    kind : str
+        PERSP, ORTHO or PANO (PANO is not understood yet and is named in coverage).
+    frame : (4,) float
+        left, right, bottom, top of the *full, uncropped* image: on the plane at distance 1 for PERSP,
+        in metres for ORTHO. Shift, sensor fit, pixel aspect and zoom are in here already.
+    clip : tuple of 2
+        Near and far along the view axis.
+    aperture_radius : float
+        Of the thin lens, in metres; 0 for a pinhole.
+    focus_distance : float
+    blades, blade_rotation, aperture_ratio :
+        Polygonal aperture (0 blades: round), its rotation in radians, and its anamorphic ratio.
+    """
+
+    kind: str
+    matrix: Float64
+    frame: tuple[float, float, float, float]
+    clip: tuple[float, float] = (0.1, 1000.0)
+    aperture_radius: float = 0.0
+    focus_distance: float = 10.0
+    blades: int = 0
+    blade_rotation: float = 0.0
+    aperture_ratio: float = 1.0
+    panorama: str = ""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A whole frame of a scene.
+
+    `unsupported` lists what the exporter met and cannot give to the engine: (where, what, effect).
+    `materials[0]` is always the stand-in for an empty slot (Blender's default grey diffuse 0.8).
+    `ocio_config` names the OpenColorIO config of the file's Blender, "" for OpenImageIO's own.
+    """
+
+    meshes: tuple[MeshData, ...]
+    instances: Instances
+    materials: tuple[Graph, ...]
+    images: tuple[ImageData, ...]
+    lights: tuple[LightData, ...]
+    world: Graph | None
+    camera: CameraData
+    frame: int = 1
+    exposure: float = 1.0
+    unsupported: tuple[tuple[str, str, str], ...] = ()
+    ocio_config: str = ""
