@@ -37,7 +37,8 @@ def chi2_counts(observed: Array, expected: Array, minimum: float = 5.0) -> float
     # A pool closes when its running sum passes the next multiple of `minimum`; rich cells stay alone.
     poor = int(np.searchsorted(expected, minimum))
     pool = np.empty(expected.size, np.int64)
-    pool[:poor] = np.floor(np.cumsum(expected[:poor]) / minimum)
+    filled = np.cumsum(expected[:poor]) / minimum
+    pool[:poor] = np.minimum(filled, max(int(filled[-1]) - 1, 0)) if poor else 0  # the rest joins the last
     pool[poor:] = (pool[poor - 1] if poor else -1) + 1 + np.arange(expected.size - poor)
     want = np.bincount(pool, expected)
     have = np.bincount(pool, observed)
