@@ -1,0 +1,40 @@
+"""Local frames: +Z along a normal, tangents without a branch.
+
+Duff et al. 2017, "Building an Orthonormal Basis, Revisited" (JCGT 6(1)): with σ = sign(n_z) and
+a = −1/(σ + n_z),
+
+    s = (1 + σ a n_x², σ a n_x n_y, −σ n_x)        t = (a n_x n_y, σ + a n_y², −n_y)
+
+which is continuous but for the equator and orthonormal to rounding, for n_z = −1 too.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .vectors import dot
+
+Float32 = NDArray[np.float32]
+
+
+def frame(n: Float32) -> tuple[Float32, Float32]:
+    """Two tangents s, t (3, N) that with the unit normals n (3, N) make a right-handed frame (s × t = n)."""
+    x, y, z = n
+    sign = np.copysign(np.float32(1.0), z)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    s = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x])
+    t = np.stack([b, sign + y * y * a, -y])
+    return s, t
+
+
+def to_local(s: Float32, t: Float32, n: Float32, w: Float32) -> Float32:
+    """World direction w (3, N) in the frame: (w·s, w·t, w·n)."""
+    return np.stack([dot(w, s), dot(w, t), dot(w, n)])
+
+
+def to_world(s: Float32, t: Float32, n: Float32, w: Float32) -> Float32:
+    """Local direction w (3, N) in world space: w_x s + w_y t + w_z n."""
+    world: Float32 = w[0] * s + w[1] * t + w[2] * n
+    return world

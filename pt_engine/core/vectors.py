@@ -1,0 +1,59 @@
+"""Arithmetic of batches of vectors: (3, N) float32, component first.
+
+Every function works lane by lane in a fixed order of operations, so a lane's result never depends on
+where in a batch it stands or how large the batch is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float32 = NDArray[np.float32]
+Float64 = NDArray[np.float64]
+
+TINY = float(np.finfo(np.float32).tiny)
+
+
+def dot(a: Float32, b: Float32) -> Float32:
+    """a·b: (N,). Either may be (3, 1)."""
+    total: Float32 = a[0] * b[0]
+    total = total + a[1] * b[1]
+    total += a[2] * b[2]
+    return total
+
+
+def cross(a: Float32, b: Float32) -> Float32:
+    """a × b: (3, N). Nearly parallel vectors cancel; `difference_of_products` does not."""
+    return np.stack(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )
+
+
+def length(a: Float32) -> Float32:
+    """|a|: (N,). Squares underflow below 1e-19 and overflow above 1e19."""
+    return np.sqrt(dot(a, a))
+
+
+def normalize(a: Float32) -> Float32:
+    """a / |a|: (3, N); a vector too short to have a direction (|a| < 1e-19) stays as short as it is."""
+    squared = dot(a, a)
+    inverse: Float32 = 1.0 / np.sqrt(squared + (squared < TINY).astype(np.float32))
+    return a * inverse
+
+
+def reflect(w: Float32, n: Float32) -> Float32:
+    """Mirror w about n, both away from the surface: 2 (w·n) n − w."""
+    return (2.0 * dot(w, n)) * n - w
+
+
+def difference_of_products(a: Float32, b: Float32, c: Float32, d: Float32) -> Float32:
+    """a b − c d, correctly rounded: float32 products are exact in float64, so nothing cancels."""
+    result: Float64 = np.multiply(a, b, dtype=np.float64)
+    result -= np.multiply(c, d, dtype=np.float64)
+    return result.astype(np.float32)
+
+
+def faceforward(n: Float32, w: Float32) -> Float32:
+    """n, turned to the side that w points to."""
+    return n * np.copysign(np.float32(1.0), dot(n, w))
