@@ -38,7 +38,7 @@ def length(a: Float32) -> Float32:
 def normalize(a: Float32) -> Float32:
     """a / |a|: (3, N); a vector too short to have a direction (|a| < 1e-19) stays as short as it is."""
     squared = dot(a, a)
-    inverse: Float32 = 1.0 / np.sqrt(squared + (squared < TINY).astype(np.float32))
+    inverse: Float32 = np.reciprocal(np.sqrt(squared + (squared < TINY)))
     return a * inverse
 
 
@@ -56,4 +56,19 @@ def difference_of_products(a: Float32, b: Float32, c: Float32, d: Float32) -> Fl
 
 def faceforward(n: Float32, w: Float32) -> Float32:
     """n, turned to the side that w points to."""
-    return n * np.copysign(np.float32(1.0), dot(n, w))
+    sign: Float32 = np.copysign(np.float32(1.0), dot(n, w))
+    return n * sign
+
+
+def mean3(a: Float32) -> Float32:
+    """Mean of the three components of (3, N), or the row itself of (1, N): (N,)."""
+    if len(a) == 1:
+        return a[0]
+    mean: Float32 = (a[0] + a[1] + a[2]) * np.float32(1 / 3)
+    return mean
+
+
+def max3(a: Float32) -> Float32:
+    """Largest of the three components of (3, N): (N,)."""
+    largest: Float32 = np.maximum(np.maximum(a[0], a[1]), a[2])
+    return largest

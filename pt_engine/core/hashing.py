@@ -1,0 +1,71 @@
+"""Integer hashes: 32 bits in, 32 well-mixed bits out, on whole arrays.
+
+`lowbias32` is the two-round multiply-xorshift found by Chris Wellons' hash prospector (2018; the variant
+with bias 0.107): a bijection of the 32-bit integers in which each input bit flips each output bit
+with probability close to 1/2.
+
+    x ^= x >> 16;  x *= 0x21f0aaad;  x ^= x >> 15;  x *= 0xd35a2d97;  x ^= x >> 15
+
+`keyed_hash` adds a second word between the rounds, as permuted congruential generators add their stream
+(O'Neill 2014): two (x, key) pairs that agree in one word still differ in the result.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+UInt32 = NDArray[np.uint32]
+Float32 = NDArray[np.float32]
+
+_M1, _M2 = np.uint32(0x21F0AAAD), np.uint32(0xD35A2D97)
+_MASK = 0xFFFFFFFF
+GOLDEN = 0x9E3779B9  # 2³² / φ: its multiples are spread evenly
+
+
+def lowbias32(x: UInt32) -> UInt32:
+    """Hash of each element, as a new array."""
+    x = x.copy()
+    lowbias32_inplace(x, np.empty_like(x))
+    return x
+
+
+def lowbias32_inplace(x: UInt32, scratch: UInt32) -> None:
+    """Hash `x` in place; `scratch` has its shape."""
+    keyed_hash_inplace(x, None, scratch)
+
+
+def keyed_hash_inplace(x: UInt32, key: UInt32 | None, scratch: UInt32) -> None:
+    """Hash `x` in place, `key` added between the rounds; `scratch` has its shape."""
+    np.right_shift(x, 16, out=scratch)
+    np.bitwise_xor(x, scratch, out=x)
+    np.multiply(x, _M1, out=x)
+    np.right_shift(x, 15, out=scratch)
+    np.bitwise_xor(x, scratch, out=x)
+    if key is not None:
+        np.add(x, key, out=x)
+    np.multiply(x, _M2, out=x)
+    np.right_shift(x, 15, out=scratch)
+    np.bitwise_xor(x, scratch, out=x)
+
+
+def hash_words(*words: int) -> int:
+    """One 32-bit hash of any number of integers (each taken modulo 2⁶⁴), for seeds and dimensions."""
+    h = 0x6A09E667
+    for word in words:
+        for half in (word & _MASK, (word >> 32) & _MASK):
+            h = _lowbias32_int((h + half * GOLDEN + 1) & _MASK)
+    return _lowbias32_int(h ^ 0xBB67AE85)
+
+
+def _lowbias32_int(x: int) -> int:
+    x = ((x ^ (x >> 16)) * int(_M1)) & _MASK
+    x = ((x ^ (x >> 15)) * int(_M2)) & _MASK
+    return x ^ (x >> 15)
+
+
+def to_unit_interval(bits: UInt32, out: Float32) -> None:
+    """The top 24 bits as float32 in [0, 1), each value exact; `bits` is overwritten."""
+    np.right_shift(bits, 8, out=bits)
+    # 24 bits fit a signed integer, whose conversion every CPU vectorises.
+    np.multiply(bits.view(np.int32), np.float32(2.0**-24), out=out, dtype=np.float32, casting="unsafe")

@@ -1,0 +1,178 @@
+"""Random numbers as pure functions of (seed, pixel, sample, dimension).
+
+A lane carries two words of state, so a path may be dropped, moved to another slot, or replayed alone and
+still sees the same numbers. Nothing depends on batch size, thread or order.
+
+`Independent` hashes. `Sobol` walks Joe and Kuo's sequence over the samples of a pixel, each dimension
+Owen-scrambled, and decorrelates pixels by an XOR of each (pixel, dimension): see its docstring.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import sobol
+from .hashing import GOLDEN, hash_words, keyed_hash_inplace, lowbias32_inplace, to_unit_interval
+
+UInt32 = NDArray[np.uint32]
+Float32 = NDArray[np.float32]
+
+MAX_SAMPLES = 2**31
+
+
+class Sampler(ABC):
+    """Uniform numbers in [0, 1) for each dimension of each sample of each pixel."""
+
+    name: ClassVar[str]
+    label: ClassVar[str]
+
+    def __init__(self, seed: int = 0, samples_hint: int = 0) -> None:
+        """`samples_hint`, the samples per pixel to come, only sizes tables; it never changes a number."""
+        self.seed = int(seed)
+        self._pixel_seed = np.uint32(hash_words(self.seed, 1))
+        self._dimension_keys: dict[int, np.uint32] = {}
+
+    def state(self, pixel: NDArray[np.integer], sample: NDArray[np.integer]) -> UInt32:
+        """What a lane has to carry: (2, N) uint32 of pixel key and sample index.
+
+        Parameters
+        ----------
+        pixel : (N,) integers < 2³²
+        sample : (N,) integers < 2³¹
+        """
+        state = np.empty((2, len(pixel)), np.uint32)
+        np.bitwise_xor(np.asarray(pixel).astype(np.uint32, copy=False), self._pixel_seed, out=state[0])
+        lowbias32_inplace(state[0], np.empty_like(state[0]))
+        state[1] = sample
+        return state
+
+    @abstractmethod
+    def uniforms(self, state: UInt32, dimension: int, count: int) -> Float32:
+        """`count` dimensions from `dimension` on: (count, N) float32 in [0, 1), multiples of 2⁻²⁴."""
+
+    def _dimension_key(self, dimension: int) -> np.uint32:
+        key = self._dimension_keys.get(dimension)
+        if key is None:
+            key = self._dimension_keys[dimension] = np.uint32(hash_words(self.seed, 2, dimension))
+        return key
+
+    def _independent(self, state: UInt32, dimension: int, count: int) -> Float32:
+        """Two rounds over pixel and sample, shared by all dimensions, then a keyed hash for each of them."""
+        base = state[1] * np.uint32(GOLDEN)
+        base ^= state[0]
+        scratch = np.empty_like(base)
+        lowbias32_inplace(base, scratch)
+        bits = np.empty_like(base)
+        result = np.empty((count, base.size), np.float32)
+        for row in range(count):
+            np.bitwise_xor(base, self._dimension_key(dimension + row), out=bits)
+            keyed_hash_inplace(bits, state[0], scratch)
+            to_unit_interval(bits, result[row])
+        return result
+
+
+class Independent(Sampler):
+    """Independent numbers, by hash: error falls as 1/√n, whatever the integrand."""
+
+    name = "independent"
+    label = "Independent"
+
+    def uniforms(self, state: UInt32, dimension: int, count: int) -> Float32:
+        return self._independent(state, dimension, count)
+
+
+class Sobol(Sampler):
+    """Sobol' points, Owen-scrambled per dimension, XOR-shifted per pixel and dimension.
+
+    The scramble belongs to (seed, dimension), so it is baked into the table and costs nothing per lane;
+    the shift belongs to (pixel, dimension). A shifted nested scramble is again a nested scramble, so each
+    pixel by itself has just the distribution, and the variance, of full Owen scrambling. Given the
+    scramble, pixels are shifted independently and each shift is uniform, so their errors stay uncorrelated.
+
+    Measured, variance of independent numbers / variance, 16, 64, 256, 1024 samples in a pixel:
+
+        integrand (first dimension)      XOR shift alone       Owen per pixel      this one
+        smooth, 2-D (4)                  23, 190, 800, 3400    55, 260, 170, 4e4   58, 310, 180, 4e4
+        edge, 4-D (4)                    1.5, 1.5, 1.3, 3.8    2.1, 2.5, 4.0, 5.0  2.1, 2.8, 3.5, 5.2
+        disc, 2-D (200: a poor pair)     5.7, 5.2, 1.7, 0.48   5.5, 4.5, 1.4, 1.8  5.4, 4.1, 1.2, 1.7
+        ns per number, 64k lanes         1.9                   5.2                 1.9  (independent 1.5)
+
+    A shift alone keeps the pattern of a poor pair of dimensions in every pixel and can do worse than
+    independent numbers; scrambling per pixel is as good as this one and costs 2.7 times as much.
+    """
+
+    name = "sobol"
+    label = "Sobol"
+
+    def __init__(self, seed: int = 0, samples_hint: int = 0) -> None:
+        super().__init__(seed, samples_hint)
+        self._directions = sobol.direction_numbers()
+        bits = max(samples_hint - 1, 0).bit_length() or MAX_BLOCK_BITS
+        self._block_bits = min(max(bits, MIN_BLOCK_BITS), MAX_BLOCK_BITS)
+        # Per dimension the block of samples in use and its table: one assignment, so threads never see half.
+        self._blocks: dict[int, tuple[int, UInt32]] = {}
+
+    @property
+    def dimensions(self) -> int:
+        """Dimensions that the sequence has; those beyond are independent."""
+        return len(self._directions)
+
+    def uniforms(self, state: UInt32, dimension: int, count: int) -> Float32:
+        own = min(max(self.dimensions - dimension, 0), count)
+        if own < count:
+            rest = self._independent(state, dimension + own, count - own)
+            return rest if own == 0 else np.concatenate([self.uniforms(state, dimension, own), rest])
+        key, sample = state
+        result = np.empty((count, sample.size), np.float32)
+        if sample.size == 0:
+            return result
+        first, last = int(sample.min()), int(sample.max())
+        block = first >> self._block_bits
+        one_block = block == last >> self._block_bits
+        # take() wants intp; the conversion is shared by all dimensions.
+        index = (sample & np.uint32((1 << self._block_bits) - 1) if one_block else sample).astype(np.intp)
+        shift, scratch, points = np.empty_like(sample), np.empty_like(sample), np.empty_like(sample)
+        for row in range(count):
+            d = dimension + row
+            if one_block:
+                np.take(self._block(d, block), index, out=points, mode="clip")
+            else:
+                points = self._points(d, index)
+            np.bitwise_xor(key, self._dimension_key(d), out=shift)
+            lowbias32_inplace(shift, scratch)
+            np.bitwise_xor(points, shift, out=points)
+            to_unit_interval(points, result[row])
+        return result
+
+    def _block(self, dimension: int, block: int) -> UInt32:
+        """Scrambled points `block`·2ᵏ … of one dimension: (2ᵏ,), computed when first asked for."""
+        known = self._blocks.get(dimension)
+        if known is not None and known[0] == block:
+            return known[1]
+        directions = self._directions[dimension]
+        start = sobol.combine(directions, block << self._block_bits)
+        table = sobol.linear_table(directions[: self._block_bits]) ^ np.uint32(start)
+        table = sobol.owen_scramble(table, self._scramble_seed(dimension))
+        self._blocks[dimension] = (block, table)
+        return table
+
+    def _points(self, dimension: int, index: NDArray[np.intp]) -> UInt32:
+        """The same points for samples far apart (tiny images): three look-ups and the scramble itself."""
+        directions = self._directions[dimension]
+        points = np.zeros(index.size, np.uint32)
+        for first in range(0, sobol.BITS, 11):
+            table = sobol.linear_table(directions[first : first + 11])
+            points ^= table.take((index >> first) & (len(table) - 1), mode="clip")
+        return sobol.owen_scramble(points, self._scramble_seed(dimension))
+
+    def _scramble_seed(self, dimension: int) -> int:
+        return hash_words(self.seed, 3, dimension)
+
+
+MIN_BLOCK_BITS, MAX_BLOCK_BITS = 6, 11  # tables of 256 bytes to 8 KiB: they stay in the first-level cache
+
+SAMPLERS: dict[str, type[Sampler]] = {sampler.name: sampler for sampler in (Sobol, Independent)}
