@@ -42,7 +42,7 @@ class Node:
         None where the socket hides its value and the node has a default of its own).
     props : dict
         The node's own settings (enums as str, numbers, tuples; curves and ramps as nested tuples;
-        ``image`` as an index into `Snapshot.images`).
+        ``image`` as an index into `Snapshot.images`; see `blender/export/node_props.py`).
     """
 
     kind: str
@@ -53,12 +53,17 @@ class Node:
 
 @dataclass(frozen=True)
 class Graph:
-    """A shader graph, flat. `outputs` maps ``Surface``, ``Volume``, ``Displacement`` to what feeds it."""
+    """A shader graph, flat: each node comes after what feeds it.
+
+    `outputs` maps ``Surface``, ``Volume``, ``Displacement`` to what feeds it (only where something does);
+    `displacement_method` is BUMP, DISPLACEMENT or BOTH.
+    """
 
     name: str
     nodes: tuple[Node, ...] = ()
     outputs: dict[str, Link] = field(default_factory=dict)
     notes: tuple[tuple[str, str], ...] = ()  # (node name, what the exporter had to leave out)
+    displacement_method: str = "BUMP"
 
 
 @dataclass(frozen=True)
@@ -95,7 +100,9 @@ class MeshData:
         Row of the corner-domain layers (`uvs`, corner `colors`) at each corner.
     uvs : dict[str, (L, 2) float32]
     colors : dict[str, (L, 4) or (V, 4) float32]
-        Linear; a (V, 4) layer is indexed by `triangles`, an (L, 4) layer by `corner_index`.
+        Linear; an (L, 4) layer is indexed by `corner_index`, a (V, 4) layer by `triangles`. Blender's
+        export makes all of them (L, 4). Other attributes that a graph names are here too: a number x as
+        (x, x, x, 1), a vector as (x, y, z, 1).
     active_uv, active_color : str
         Names of the layers a node means when it names none ("" if there is none).
     texture_space : (2, 3) float32

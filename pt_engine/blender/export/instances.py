@@ -1,0 +1,204 @@
+"""Every placed mesh and lamp of the depsgraph, meshes shared by those that look alike.
+
+An instance of `depsgraph.object_instances` lives only in its loop step, so what can be read for all at once
+(matrices, random ids) is read with `foreach_get`, and what belongs to the object is read once per object.
+
+Curves, text, surfaces and metaballs come twice: as themselves and as an instance of their mesh. Only the
+mesh counts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from ...scene.snapshot import Instances, Visibility
+from .lights import export_light
+from .meshes import export_mesh
+from .needs import Needs, graph_needs, union
+
+NOT_RENDERED = {
+    "CURVES": "hair curves",
+    "POINTCLOUD": "point cloud",
+    "VOLUME": "volume object",
+    "GREASEPENCIL": "grease pencil",
+    "GPENCIL": "grease pencil",
+}
+RANDOM_SCALE = 1.0 / 0xFFFFFFFF
+
+
+class Look(NamedTuple):
+    """What all instances of one object with one geometry share."""
+
+    mesh: int
+    materials: tuple[int, ...]
+    visibility: int
+    color: tuple[float, ...]
+    pass_index: int
+    name: str
+
+
+@dataclass
+class Collector:
+    """Walks the instances twice: to learn which materials each mesh has, then to read the meshes."""
+
+    depsgraph: object
+    materials: object
+    images: object
+    unsupported: list
+    meshes: list = field(default_factory=list)
+    lights: list = field(default_factory=list)
+    needs: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        self.view_layer = self.depsgraph.view_layer_eval
+        self._seen: dict = {}
+        self._slots: dict = {}
+        self._mesh_number: dict = {}
+        self._graph_needs: dict = {}
+
+    def run(self) -> Instances:
+        """All instances; fills `meshes` and `lights`."""
+        if self.view_layer.use_solid:
+            self.learn_materials()
+        rows: list[int] = []
+        looks: list[Look] = []
+        known: dict = {}
+        for row, instance in enumerate(self.depsgraph.object_instances):
+            owner = instance.object
+            kind = owner.type
+            if kind == "LIGHT":
+                self.light(instance)
+            elif kind == "MESH" and self.view_layer.use_solid and instance.show_self:
+                key = self.key(instance, owner)
+                look = known.get(key)
+                if look is None:
+                    look = known[key] = self.look(instance, owner)
+                if look.mesh >= 0:
+                    rows.append(row)
+                    looks.append(look)
+            elif kind in NOT_RENDERED:
+                self.unsupported.append((f"Object {owner.name}", NOT_RENDERED[kind], "missing in the image"))
+        return self.table(np.array(rows, np.intp), looks)
+
+    @staticmethod
+    def key(instance, owner):
+        """Equal for instances that share all that `Look` holds."""
+        parent = instance.parent
+        return owner.original.as_pointer(), owner.data.as_pointer(), parent and parent.as_pointer()
+
+    def learn_materials(self) -> None:
+        """Which layers each mesh must bring, from the materials of all who use it."""
+        for instance in self.depsgraph.object_instances:
+            owner = instance.object
+            if owner.type != "MESH" or not instance.show_self:
+                continue
+            key = owner.original.as_pointer(), owner.data.as_pointer()
+            if key not in self._slots:
+                self._slots[key] = slots = self.slot_materials(owner)
+                needs = union(self.material_needs(number) for number in slots)
+                self.needs[key[1]] = self.needs.get(key[1], Needs()) | needs
+
+    def slot_materials(self, owner) -> tuple[int, ...]:
+        """Material numbers of an object's slots, its own links and the view layer's override observed."""
+        override = self.view_layer.material_override
+        if override is not None:
+            return (self.materials.index(override),)
+        return tuple(self.materials.index(slot.material) for slot in owner.material_slots) or (0,)
+
+    def material_needs(self, number: int) -> Needs:
+        if number not in self._graph_needs:
+            self._graph_needs[number] = graph_needs(self.materials.graphs[number])
+        return self._graph_needs[number]
+
+    def look(self, instance, owner) -> Look:
+        data = owner.data.as_pointer()
+        if data not in self._mesh_number:
+            self._mesh_number[data] = self.mesh(owner, data)
+        return Look(
+            self._mesh_number[data],
+            self._slots[owner.original.as_pointer(), data],
+            self.visibility(instance, owner),
+            tuple(owner.color),
+            owner.pass_index,
+            owner.name,
+        )
+
+    def mesh(self, owner, data: int) -> int:
+        """Number of a new mesh, -1 where it has no triangles."""
+        mesh = owner.to_mesh()
+        try:
+            exported = export_mesh(owner.data.name, mesh, self.needs[data])
+        finally:
+            owner.to_mesh_clear()
+        if exported is None:
+            return -1
+        self.meshes.append(exported)
+        return len(self.meshes) - 1
+
+    def light(self, instance) -> None:
+        visibility = self.visibility(instance, instance.object)
+        light = export_light(instance, visibility, self.images, self.unsupported)
+        if light is not None:
+            self.lights.append(light)
+
+    def visibility(self, instance, owner) -> int:
+        """Bits of `Visibility`; an instance is seen only where its instancer is seen as well."""
+        parent = instance.parent if instance.is_instance else owner
+        bits = ray_visibility(owner)
+        if parent is not None and parent != owner:
+            bits &= ray_visibility(parent)
+        real = (parent or owner).original
+        if real.indirect_only_get(view_layer=self.depsgraph.view_layer):
+            bits &= ~Visibility.CAMERA
+        self.note_once(owner, real)
+        return bits
+
+    def note_once(self, owner, real) -> None:
+        """Name what makes an object look otherwise in Cycles."""
+        effects = {
+            "holdout": real.holdout_get(view_layer=self.depsgraph.view_layer) or owner.is_holdout,
+            "shadow catcher": owner.is_shadow_catcher and owner.type == "MESH",
+        }
+        for effect, on in effects.items():
+            entry = (f"Object {owner.name}", effect, "rendered as an ordinary object")
+            if on and entry not in self._seen:
+                self._seen[entry] = True
+                self.unsupported.append(entry)
+
+    def table(self, rows, looks) -> Instances:
+        """Struct of arrays."""
+        every = self.depsgraph.object_instances
+        total = len(every)
+        matrix = np.empty(total * 16, np.float32)
+        every.foreach_get("matrix_world", matrix)
+        random = np.empty(total, np.int32)
+        every.foreach_get("random_id", random)
+        width = max((len(look.materials) for look in looks), default=1)
+        count = len(looks)
+        padded = [look.materials + look.materials[-1:] * (width - len(look.materials)) for look in looks]
+        return Instances(
+            mesh=np.array([look.mesh for look in looks], np.int32),
+            matrix=matrix.reshape(total, 4, 4).transpose(0, 2, 1)[rows].astype(np.float64),
+            materials=np.array(padded, np.int32).reshape(count, width),
+            random=(random.view(np.uint32)[rows] * RANDOM_SCALE).astype(np.float32),
+            color=np.array([look.color for look in looks], np.float32).reshape(count, 4),
+            pass_index=np.array([look.pass_index for look in looks], np.int32),
+            visibility=np.array([look.visibility for look in looks], np.uint8),
+            names=tuple(look.name for look in looks),
+        )
+
+
+def ray_visibility(owner) -> int:
+    """Blender's ray visibility panel as bits."""
+    bits = (
+        (owner.visible_camera, Visibility.CAMERA),
+        (owner.visible_diffuse, Visibility.DIFFUSE),
+        (owner.visible_glossy, Visibility.GLOSSY),
+        (owner.visible_transmission, Visibility.TRANSMISSION),
+        (owner.visible_shadow, Visibility.SHADOW),
+        (owner.visible_volume_scatter, Visibility.VOLUME),
+    )
+    return sum(bit for seen, bit in bits if seen)

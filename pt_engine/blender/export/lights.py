@@ -1,0 +1,58 @@
+"""Lamps, in the units of their panels: power, colour, shape; see `LightData`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...scene.snapshot import LightData
+from .materials import tree_graph
+
+
+def export_light(instance, visibility: int, images, unsupported) -> LightData | None:
+    """One lamp of a depsgraph instance; None for a portal, which gives no light of its own."""
+    owner = instance.object
+    light = owner.data
+    where = f"Light {owner.name}"
+    cycles = getattr(light, "cycles", None)
+    if getattr(cycles, "is_portal", False) and light.type == "AREA":
+        unsupported.append((where, "portal", "ignored: it would only guide the sampling"))
+        return None
+    if light.type == "SPOT" and light.use_square:
+        unsupported.append((where, "square spot", "the viewport's only: rendered as a cone"))
+    return LightData(
+        kind=light.type,
+        name=owner.name,
+        matrix=np.array(instance.matrix_world, np.float64),
+        power=light.energy * 2.0**light.exposure,
+        color=light_color(light),
+        use_mis=getattr(cycles, "use_multiple_importance_sampling", True),
+        cast_shadow=light.use_shadow,
+        normalize=light.normalize,
+        visibility=visibility,
+        graph=tree_graph(light, light.name, images, "from_light"),
+        **shape(light),
+    )
+
+
+def light_color(light) -> tuple[float, float, float]:
+    """Colour times that of its temperature."""
+    color = tuple(light.color)
+    if light.use_temperature:
+        color = tuple(a * b for a, b in zip(color, light.temperature_color, strict=False))
+    return color
+
+
+def shape(light) -> dict[str, object]:
+    """The fields of `LightData` that depend on the kind."""
+    if light.type == "SUN":
+        return {"angle": light.angle}
+    if light.type == "AREA":
+        square = light.shape in ("SQUARE", "DISK")
+        size = (light.size, light.size if square else light.size_y)
+        return {"shape": light.shape, "size": size, "spread": light.spread}
+    fields = {"radius": light.shadow_soft_size, "soft_falloff": light.use_soft_falloff}
+    if light.type == "SPOT":
+        fields |= {"spot_size": min(light.spot_size, math.pi), "spot_blend": light.spot_blend}
+    return fields

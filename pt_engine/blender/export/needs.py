@@ -1,0 +1,79 @@
+"""Which mesh layers the materials' graphs look at, so that the others stay in Blender."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from ...scene.snapshot import Graph, Link, Node
+
+GENERATED_BY_DEFAULT = {
+    "TexNoise",
+    "TexVoronoi",
+    "TexWave",
+    "TexMagic",
+    "TexChecker",
+    "TexBrick",
+    "TexGradient",
+    "TexGabor",
+}
+
+
+@dataclass(frozen=True)
+class Needs:
+    """Names of UV maps and attributes ("" the active one), and whether Generated is used."""
+
+    uvs: frozenset[str] = frozenset()
+    colors: frozenset[str] = frozenset()
+    generated: bool = False
+
+    def __or__(self, other: Needs) -> Needs:
+        return Needs(self.uvs | other.uvs, self.colors | other.colors, self.generated or other.generated)
+
+
+def graph_needs(graph: Graph) -> Needs:
+    """What one graph looks at."""
+    used = {link for node in graph.nodes for link in node.inputs.values() if isinstance(link, Link)}
+    outputs: dict[int, set[str]] = {}
+    for link in used:
+        outputs.setdefault(link.node, set()).add(link.socket)
+    return union(node_needs(node, outputs.get(number, set())) for number, node in enumerate(graph.nodes))
+
+
+def node_needs(node: Node, outputs: set[str]) -> Needs:
+    """What one node looks at, of whose outputs `outputs` are used."""
+    props = node.props
+    if node.kind == "TexCoord":
+        return Needs(uvs=frozenset({""} & uv_if("UV" in outputs)), generated="Generated" in outputs)
+    if node.kind == "UVMap":
+        return Needs(uvs=frozenset({str(props["uv_map"])}))
+    if node.kind == "NormalMap":
+        return Needs(uvs=uv_if(props["space"] == "TANGENT", props["uv_map"]))
+    if node.kind == "Tangent":
+        uv = props["direction_type"] == "UV_MAP"
+        return Needs(uvs=uv_if(uv, props["uv_map"]), generated=not uv)
+    if node.kind == "VertexColor":
+        return Needs(colors=frozenset({str(props["layer_name"])}))
+    if node.kind == "Attribute" and props["attribute_type"] == "GEOMETRY":
+        name = frozenset({str(props["attribute_name"])})
+        return Needs(uvs=name, colors=name)
+    if node.kind == "TexImage":
+        return Needs(uvs=uv_if(node.inputs.get("Vector") is None))
+    if node.kind in GENERATED_BY_DEFAULT:
+        return Needs(generated=node.inputs.get("Vector") is None)
+    if any(socket.endswith("Tangent") for socket in node.inputs):
+        return Needs(generated=True)  # Cycles' default tangent goes around Generated's Z
+    return Needs()
+
+
+def uv_if(condition: bool, name: object = "") -> frozenset[str]:
+    """The UV map `name`, where the condition holds."""
+    return frozenset({str(name)}) if condition else frozenset()
+
+
+def union(needs: Iterable[Needs]) -> Needs:
+    """All of them together."""
+    total = Needs()
+    for one in needs:
+        total = total | one
+    return total

@@ -1,0 +1,338 @@
+"""A Blender shader tree, however nested, as one flat `Graph`.
+
+Groups of any depth, reroutes, muted nodes and muted links are resolved as Blender 5 resolves them:
+
+- a muted node hands on what reaches the input its internal link names; where nothing does, the socket it
+  feeds keeps its own value, and so it is behind an unlinked reroute;
+- an unlinked input of a group hands in the value shown on the group node, unless its value is hidden:
+  then the socket inside behaves as unlinked (a texture uses its default coordinates);
+- a socket on the way that is narrower than what passes (a colour through a float input of a group)
+  converts it, so ordinary nodes that do the same are put in: Color to BW, a dot product, a truncation;
+- a colour or value plugged into a shader socket becomes an emission of strength 1, as in Cycles.
+
+Sockets are keyed by `identifier`, which unlike the name is unique: the Mix node has ``Factor_Float``,
+``A_Color``, ``Result_Color`` ..., the second input of Math is ``Value_001``. Every input socket is there,
+also those the node's mode doesn't use; links into unused ones are dropped.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from ...scene.snapshot import Graph, Link, Node
+from .node_props import node_props, plain
+
+GROUPS = {"ShaderNodeGroup", "ShaderNodeCustomGroup"}
+VALUE_TYPES = {"VALUE", "INT", "BOOLEAN", "VECTOR", "RGBA", "STRING", "MENU", "ROTATION", "MATRIX"}
+STRUCTURAL = GROUPS | {"NodeReroute", "NodeGroupInput", "NodeGroupOutput", "NodeFrame"}
+SCALARS = {"VALUE", "INT", "BOOLEAN"}
+LUMA = (0.2126, 0.7152, 0.0722)
+LONGEST_CHAIN = 100_000
+OUTPUT_SOCKETS = ("Surface", "Volume", "Displacement")
+
+
+class Feed(NamedTuple):
+    """What reaches a socket: a link, or (link None) a constant; `type` is the socket type it has by now."""
+
+    link: Link | None
+    constant: object
+    type: str
+
+
+@dataclass
+class Scope:
+    """A tree together with the group node through which it is seen."""
+
+    tree: object
+    group: object = None
+    outer: Scope | None = None
+    feeds: dict = field(default_factory=dict)
+    inner: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        for link in self.tree.links:
+            if link.is_valid and not link.is_muted and not link.to_socket.is_unavailable:
+                self.feeds[link.to_socket.as_pointer()] = (link.from_node, link.from_socket)
+
+    @property
+    def path(self) -> str:
+        return "" if self.group is None else f"{self.outer.path}{self.group.name}/"
+
+    @property
+    def key(self):
+        return () if self.group is None else (*self.outer.key, self.group.as_pointer())
+
+    def into(self, group) -> Scope:
+        """The scope inside a group node of this tree."""
+        pointer = group.as_pointer()
+        if pointer not in self.inner:
+            self.inner[pointer] = Scope(group.node_tree, group, self)
+        return self.inner[pointer]
+
+
+def flatten(tree, name: str, images, target: str = "CYCLES") -> Graph:
+    """The part of a tree that its active output sees.
+
+    Parameters
+    ----------
+    tree : bpy.types.ShaderNodeTree
+        Of an evaluated material, world or light.
+    images : ImageTable
+    """
+    return Flattener(tree, name, images).run(target)
+
+
+def understood(tree) -> bool:
+    """Whether a tree has only shader nodes and what `flatten` resolves (no zones, closures, bundles)."""
+    pending, seen = [tree], set()
+    while pending:
+        current = pending.pop()
+        if current is None or current.as_pointer() in seen:
+            continue
+        seen.add(current.as_pointer())
+        for node in current.nodes:
+            if node.bl_idname in GROUPS:
+                pending.append(node.node_tree)
+            elif node.bl_idname not in STRUCTURAL and not node.bl_idname.startswith("ShaderNode"):
+                return False
+    return True
+
+
+class Flattener:
+    """Walks from the output backwards; each (group path, node) becomes one `Node`."""
+
+    def __init__(self, tree, name, images) -> None:
+        self.name, self.images = name, images
+        self.root = Scope(tree)
+        self.nodes: list[Node] = []
+        self.notes: list[tuple[str, str]] = []
+        self.number: dict = {}
+        self.pending: deque = deque()
+
+    def run(self, target: str) -> Graph:
+        output = active_output(self.root.tree, target)
+        outputs: dict[str, Link] = {}
+        for socket in output.inputs if output is not None else ():
+            if socket.identifier in OUTPUT_SOCKETS:
+                feed = converted(self, self.feed(self.root, socket), socket.type)
+                if feed is not None and feed.link is not None:
+                    outputs[socket.identifier] = feed.link
+        while self.pending:
+            scope, node, number = self.pending.popleft()
+            self.nodes[number] = self.translate(scope, node)
+        nodes, outputs = in_order(self.nodes, outputs, self.notes)
+        return Graph(self.name, nodes, outputs, tuple(dict.fromkeys(self.notes)))
+
+    def translate(self, scope, node) -> Node:
+        kind = node.bl_idname.removeprefix("ShaderNode")
+        if not node.bl_idname.startswith("ShaderNode"):
+            self.notes.append((scope.path + node.name, f"node {node.bl_idname} is not understood"))
+        inputs = {socket.identifier: self.input(scope, socket) for socket in node.inputs}
+        return Node(kind, scope.path + node.name, inputs, node_props(node, self.images))
+
+    def input(self, scope, socket):
+        """A link, the constant that arrives, or the socket's own value."""
+        feed = converted(self, self.feed(scope, socket), socket.type)
+        if feed is None:
+            return own_value(socket)
+        return feed.constant if feed.link is None else feed.link
+
+    def feed(self, scope, socket) -> Feed | None:
+        """What reaches an input socket; None where nothing does."""
+        passed: list[str] = []  # types of the sockets on the way, nearest first
+        feed = border = None
+        while (source := scope.feeds.get(socket.as_pointer())) is not None:
+            node, out = source
+            if not node.mute and node.bl_idname not in STRUCTURAL:
+                feed = Feed(Link(self.add(scope, node), out.identifier), None, out.type)
+                break
+            border = not node.mute and node.bl_idname != "NodeReroute"
+            scope, socket = step(scope, node, out)
+            if socket is None or len(passed) > LONGEST_CHAIN:
+                return None
+            passed.append(socket.type)
+        else:
+            feed = constant_of(socket) if border else None
+        for kind in reversed(passed):
+            feed = converted(self, feed, kind)
+        return feed
+
+    def add(self, scope, node) -> int:
+        key = (scope.key, node.as_pointer())
+        if key not in self.number:
+            self.number[key] = self.reserve()
+            self.pending.append((scope, node, self.number[key]))
+        return self.number[key]
+
+    def reserve(self) -> int:
+        self.nodes.append(Node("", ""))
+        return len(self.nodes) - 1
+
+    def extra(self, kind: str, inputs: dict, props: dict | None = None) -> int:
+        """A node of our own; the same one for the same input."""
+        key = (kind, tuple(inputs.items()))
+        if key not in self.number:
+            self.number[key] = number = self.reserve()
+            self.nodes[number] = Node(kind, f"(conversion to {kind})", inputs, props or {})
+        return self.number[key]
+
+
+def active_output(tree, target: str):
+    """The output node that Cycles renders, else one for any engine, else EEVEE's."""
+    for wanted in (target, "ALL", "EEVEE"):
+        node = tree.get_output_node(wanted)
+        if node is not None:
+            return node
+    return None
+
+
+def step(scope, node, output):
+    """From an output that only hands something on to the input, and its scope, that this comes from."""
+    if node.mute:
+        return scope, bypass(node, output)
+    if node.bl_idname == "NodeReroute":
+        return scope, node.inputs[0]
+    if node.bl_idname in GROUPS:
+        return step_in(scope, node, output)
+    if scope.group is None:
+        return scope, None
+    return scope.outer, matching(scope.group, output)
+
+
+def bypass(node, output):
+    """The input that a muted node hands on to `output`."""
+    for link in node.internal_links:
+        if link.to_socket.as_pointer() == output.as_pointer():
+            return link.from_socket
+    return None
+
+
+def step_in(scope, group, output):
+    """Inside a group node: its scope, and the socket of the group's output node."""
+    if group.node_tree is None:
+        return scope, None
+    ends = [node for node in group.node_tree.nodes if node.bl_idname == "NodeGroupOutput"]
+    for node in sorted(ends, key=lambda node: not node.is_active_output)[:1]:
+        for socket in node.inputs:
+            if socket.identifier == output.identifier:
+                return scope.into(group), socket
+    return scope, None
+
+
+def matching(group, output):
+    """The socket on a group node that feeds a socket of its Group Input."""
+    return next((socket for socket in group.inputs if socket.identifier == output.identifier), None)
+
+
+def own_value(socket):
+    """The value of an unlinked socket: None where it is hidden or has none."""
+    if socket.hide_value or socket.type not in VALUE_TYPES or not hasattr(socket, "default_value"):
+        return None
+    return plain(socket.default_value)
+
+
+def constant_of(socket) -> Feed | None:
+    value = own_value(socket)
+    return None if value is None else Feed(None, value, socket.type)
+
+
+def converted(flattener, feed: Feed | None, to: str) -> Feed | None:
+    """`feed` as a socket of type `to` gets it."""
+    if feed is None or feed.type == to:
+        return feed
+    if feed.type == "SHADER" or to not in VALUE_TYPES | {"SHADER"}:
+        return None
+    if feed.link is None:
+        return converted_constant(flattener, feed, to)
+    if to == "SHADER":
+        socket = "Strength" if feed.type in SCALARS else "Color"
+        inputs = {"Color": (1.0, 1.0, 1.0, 1.0), "Strength": 1.0, socket: feed.link}
+        return Feed(Link(flattener.extra("Emission", inputs), "Emission"), None, to)
+    if feed.type in ("RGBA", "VECTOR", "ROTATION") and to in SCALARS:
+        feed = narrowed(flattener, feed)
+    if to in ("INT", "BOOLEAN") and feed.type == "VALUE":
+        operation, other = ("TRUNC", 0.0) if to == "INT" else ("GREATER_THAN", 0.0)
+        inputs = {"Value": feed.link, "Value_001": other, "Value_002": 0.0}
+        number = flattener.extra("Math", inputs, {"operation": operation, "use_clamp": False})
+        return Feed(Link(number, "Value"), None, to)
+    return Feed(feed.link, None, to)
+
+
+def narrowed(flattener, feed: Feed) -> Feed:
+    """A colour's luminance or a vector's mean, as one value."""
+    if feed.type == "RGBA":
+        return Feed(Link(flattener.extra("RGBToBW", {"Color": feed.link}), "Val"), None, "VALUE")
+    third = (1 / 3, 1 / 3, 1 / 3)
+    zero = (0.0, 0.0, 0.0)
+    inputs = {"Vector": feed.link, "Vector_001": third, "Vector_002": zero, "Scale": 1.0}
+    return Feed(
+        Link(flattener.extra("VectorMath", inputs, {"operation": "DOT_PRODUCT"}), "Value"), None, "VALUE"
+    )
+
+
+def converted_constant(flattener, feed: Feed, to: str) -> Feed | None:
+    """A constant in another socket type, by the rules above."""
+    value = feed.constant
+    if to == "SHADER":
+        inputs = {"Color": as_color(value), "Strength": 1.0}
+        return Feed(Link(flattener.extra("Emission", inputs), "Emission"), None, to)
+    if isinstance(value, str) or to in ("STRING", "MENU", "MATRIX"):
+        return None
+    if to == "RGBA":
+        return Feed(None, as_color(value), to)
+    if to in ("VECTOR", "ROTATION"):
+        return Feed(None, as_color(value)[:3], to)
+    if feed.type == "RGBA":
+        value = sum(weight * channel for weight, channel in zip(LUMA, value, strict=False))
+    elif isinstance(value, tuple):
+        value = sum(value) / len(value)
+    kind = {"VALUE": float, "INT": int, "BOOLEAN": lambda x: x > 0}[to]
+    return Feed(None, kind(value), to)
+
+
+def as_color(value) -> tuple[float, ...]:
+    """A scalar or vector as RGBA."""
+    if isinstance(value, tuple):
+        return (*value[:3], value[3] if len(value) > 3 else 1.0)
+    return (float(value),) * 3 + (1.0,)
+
+
+def in_order(nodes, outputs, notes):
+    """Nodes so that each comes after what feeds it; a loop is cut where it closes."""
+    order: list[int] = []
+    state = [0] * len(nodes)  # 1 while its inputs are being visited, 2 done
+    cut: set[tuple[int, str]] = set()
+    for start in [link.node for link in outputs.values()]:
+        stack = [start] if state[start] == 0 else []
+        while stack:
+            number = stack[-1]
+            if state[number] != 0:
+                stack.pop()
+                if state[number] == 1:
+                    state[number] = 2
+                    order.append(number)
+                continue
+            state[number] = 1
+            for socket, value in nodes[number].inputs.items():
+                if isinstance(value, Link):
+                    if state[value.node] == 0:
+                        stack.append(value.node)
+                    elif state[value.node] == 1:
+                        cut.add((number, socket))
+    new = {old: position for position, old in enumerate(order)}
+    result = []
+    for old in order:
+        node = nodes[old]
+        inputs = {
+            socket: None if (old, socket) in cut else renumbered(value, new)
+            for socket, value in node.inputs.items()
+        }
+        notes.extend((node.name, f"a loop through {socket} is cut") for n, socket in cut if n == old)
+        result.append(Node(node.kind, node.name, inputs, node.props))
+    return tuple(result), {socket: renumbered(link, new) for socket, link in outputs.items()}
+
+
+def renumbered(value, new):
+    return Link(new[value.node], value.socket) if isinstance(value, Link) else value

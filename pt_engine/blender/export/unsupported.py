@@ -1,0 +1,62 @@
+"""What a file asks for that the snapshot can't hold: found here so that the engine can name it."""
+
+from __future__ import annotations
+
+import bpy
+
+MOVING_MODIFIERS = {
+    "NODES", "CLOTH", "SOFT_BODY", "FLUID", "DYNAMIC_PAINT", "OCEAN", "WAVE", "BUILD", "EXPLODE",
+    "MESH_CACHE", "MESH_SEQUENCE_CACHE", "PARTICLE_SYSTEM", "PARTICLE_INSTANCE",
+}  # fmt: skip
+
+
+def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
+    """Entries (where, what, effect) about the scene and its objects."""
+    return [
+        *motion_blur(scene),
+        *(entry for owner in depsgraph.objects for entry in of_object(owner)),
+    ]
+
+
+def motion_blur(scene):
+    """Listed where it is on and something in the file may move."""
+    render = scene.render
+    if render.use_motion_blur and render.motion_blur_shutter > 0.0 and may_move(scene):
+        yield (f"Scene {scene.name}", "motion blur", "rendered sharp, as at the frame's own time")
+
+
+def may_move(scene) -> bool:
+    """Whether the file has anything that changes with time."""
+    if len(bpy.data.actions) or scene.rigidbody_world is not None:
+        return True
+    for owner in scene.objects:
+        animated = [
+            item.animation_data
+            for item in (owner, owner.data)
+            if item is not None and hasattr(item, "animation_data")
+        ]
+        if any(data is not None and len(data.drivers) for data in animated):
+            return True
+        if any(modifier.type in MOVING_MODIFIERS for modifier in owner.modifiers):
+            return True
+    return False
+
+
+def of_object(owner):
+    """Hair strands and adaptive subdivision."""
+    where = f"Object {owner.name}"
+    for modifier in owner.modifiers:
+        if modifier.type == "PARTICLE_SYSTEM" and modifier.show_render:
+            settings = modifier.particle_system.settings
+            if settings.render_type == "PATH" and settings.type == "HAIR":
+                yield (where, "hair particles", "missing in the image")
+        if modifier.type == "SUBSURF" and adaptive(owner, modifier):
+            yield (where, "adaptive subdivision", "subdivided as the modifier's render levels say")
+
+
+def adaptive(owner, modifier) -> bool:
+    """Cycles' dicing: a switch of the modifier in Blender 5, of the object before."""
+    settings = getattr(owner, "cycles", None)
+    return getattr(modifier, "use_adaptive_subdivision", False) or getattr(
+        settings, "use_adaptive_subdivision", False
+    )
