@@ -1,0 +1,282 @@
+"""All that shines, as one: choose an emitter, sample it, and say how likely that was.
+
+Lamps do not occlude: a ray passes through them and gathers all that lie before its hit, as in Cycles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.distributions import AliasTable
+from ..scene.snapshot import LightData
+from . import select
+from .base import FAR, NO_BARYCENTRIC, NO_LANES, Draw, Float32, Float64, Hits, Index, Lamp
+from .environment import Environment
+from .parts import EnvironmentPart, Part, lamp_parts, traits
+from .triangle import TriangleEmitters, Triangles
+
+
+class LightSample(NamedTuple):
+    """One direction per lane toward some emitter.
+
+    Attributes
+    ----------
+    wo : (3, N) float32
+        Unit, world space, from the reference point.
+    distance : (N,) float32
+        tfar of the shadow ray; −1 where none is to be traced, 10³⁰ toward what lies at infinity.
+    weight : (3, N) float32
+        Le / pdf; 0 where the sample failed. On the lanes `varying` it is 1 / pdf: multiply by Le.
+    pdf : (N,) float32
+        Per solid angle, times the probability of the choice; of a delta light, that probability.
+    delta : bool or (N,) bool
+        No ray meets this light by chance, so that its MIS weight is 1.
+    emitter : int or (N,) int32
+        Number of the emitter: lamps as in `Lights.names`, then triangles, then the environment.
+    varying : (M,) int
+        Lanes on triangles whose emission varies.
+    triangle : (M,) int
+        Their row of `TriangleEmitters`.
+    barycentric : (2, M) float32
+        Their b1, b2: x = p0 + b1·e1 + b2·e2.
+    """
+
+    wo: Float32
+    distance: Float32
+    weight: Float32
+    pdf: Float32
+    delta: bool | NDArray[np.bool_]
+    emitter: int | NDArray[np.int32]
+    varying: Index = NO_LANES
+    triangle: Index = NO_LANES
+    barycentric: Float32 = NO_BARYCENTRIC
+
+
+@dataclass(frozen=True)
+class Description:
+    """What shines in a scene; `counts` by kind: point, spot, sun, area, triangle, environment."""
+
+    counts: dict[str, int]
+    has_delta: bool
+    all_delta: bool
+    has_environment: bool
+    has_triangles: bool
+    meets_lamps: bool  # some ray that is not the camera's can meet a lamp
+    camera_meets_lamps: bool
+
+    @property
+    def total(self) -> int:
+        """Emitters with power."""
+        return sum(self.counts.values())
+
+
+class Lights:
+    """Every emitter of a scene.
+
+    Parameters
+    ----------
+    lamps : sequence of LightData
+    lamp_strength : (L, 3) float or None
+        Constant factor of each lamp's node tree; None for ones.
+    origin : (3,) float64
+        What is subtracted from world positions (recentring).
+    triangles : TriangleEmitters or None
+    environment : Environment or None
+    scene_radius : float
+        Of a sphere around all there is to light: weighs suns and environment against the rest.
+    """
+
+    def __init__(
+        self,
+        lamps: Sequence[LightData] = (),
+        lamp_strength: NDArray[np.floating] | None = None,
+        origin: NDArray[np.floating] | Sequence[float] = (0.0, 0.0, 0.0),
+        triangles: TriangleEmitters | None = None,
+        environment: Environment | None = None,
+        scene_radius: float = 1.0,
+    ) -> None:
+        factors = np.ones((len(lamps), 3)) if lamp_strength is None else np.asarray(lamp_strength, np.float64)
+        centre, radius = np.asarray(origin, np.float64), max(float(scene_radius), 1e-6)
+        resolved = [_resolve(lamp, factor, centre) for lamp, factor in zip(lamps, factors, strict=True)]
+        shining = [lamp for lamp in resolved if select.lamp_power(lamp, radius) > 0.0]
+        shining.sort(key=traits)  # stable; equal ones become neighbours
+        of_lamps = [select.lamp_power(lamp, radius) for lamp in shining]
+        of_triangles = select.triangle_power(triangles) if triangles is not None else np.empty(0)
+        of_world = [np.pi * radius**2 * environment.irradiance] if environment is not None else []
+        if not of_triangles.any():
+            triangles, of_triangles = None, np.empty(0)
+        if not any(of_world):
+            environment, of_world = None, []
+        self.power: Float64 = np.concatenate([of_lamps, of_triangles, of_world]).astype(np.float64)
+        self.chance = select.probabilities(self.power)
+        self.names = tuple(lamp.data.name for lamp in shining)
+        self.first_triangle = len(shining)
+
+        self._lamps = lamp_parts(shining, self.chance)
+        self._parts: list[Part] = [*self._lamps]
+        self._triangles: Triangles | None = None
+        if triangles is not None:
+            chance = self.chance[self.first_triangle : self.first_triangle + triangles.count]
+            self._triangles = Triangles(triangles, chance)
+            self._parts.append(self._triangles)
+        self._environment: EnvironmentPart | None = None
+        if environment is not None:
+            self._environment = EnvironmentPart(environment, float(self.chance[-1]))
+            self._parts.append(self._environment)
+        self._prepare_choice()
+        self.description = self._describe(shining)
+
+    def _prepare_choice(self) -> None:
+        """The alias table over all emitters, and where each part's numbers begin."""
+        count = [part.count for part in self._parts]
+        self._first = np.cumsum([0, *count])[:-1]
+        self._part_of = np.repeat(np.arange(len(count), dtype=np.uint8), count)
+        self._alias = AliasTable(self.chance) if self.power.size > 1 else None
+
+    def _describe(self, lamps: Sequence[Lamp]) -> Description:
+        """What there is."""
+        kinds = [lamp.data.kind.lower() for lamp in lamps]
+        counts = {kind: kinds.count(kind) for kind in ("point", "spot", "sun", "area") if kind in kinds}
+        if self._triangles is not None:
+            counts["triangle"] = self._triangles.count
+        if self._environment is not None:
+            counts["environment"] = 1
+        delta = [part.delta for part in self._parts]
+        return Description(
+            counts=counts,
+            has_delta=any(delta),
+            all_delta=bool(delta) and all(delta),
+            has_environment=self._environment is not None,
+            has_triangles=self._triangles is not None,
+            meets_lamps=any(not part.delta for part in self._lamps),
+            camera_meets_lamps=any(any(part.camera) for part in self._lamps),
+        )
+
+    def sample(self, p: Float32, n: Float32, u: Float32) -> LightSample:
+        """Choose an emitter for each reference point and draw a direction toward it.
+
+        Parameters
+        ----------
+        p : (3, N) float32
+            Reference points, where shadow rays start.
+        n : (3, N) float32
+            Normals that face the viewer. Not used yet: no emitter here samples by the cosine.
+        u : (3, N) float32
+            Uniforms in [0, 1): the choice, then two for the emitter.
+        """
+        if not self._parts:
+            return _nothing(p)
+        if self._alias is None:
+            part = self._parts[0]
+            return _light_sample(part.sample(None, p, u[1], u[2]), part.delta, 0)
+        chosen: NDArray[np.int32] = self._alias.sample(u[0])[0]
+        if len(self._parts) == 1:
+            part = self._parts[0]
+            return _light_sample(part.sample(chosen, p, u[1], u[2]), part.delta, chosen)
+        return self._sample_mixed(chosen, p, u)
+
+    def _sample_mixed(self, chosen: NDArray[np.int32], p: Float32, u: Float32) -> LightSample:
+        """Each part samples the lanes that have chosen it."""
+        lanes_total = p.shape[1]
+        wo, weight = np.empty_like(p), np.empty_like(p)
+        distance, pdf = np.empty(lanes_total, np.float32), np.empty(lanes_total, np.float32)
+        delta = np.zeros(lanes_total, np.bool_)
+        extras: list[tuple[Index, Index, Float32]] = []
+        part_of = self._part_of.take(chosen, mode="clip")
+        for number, part in enumerate(self._parts):
+            lanes = np.flatnonzero(part_of == number)
+            if not lanes.size:
+                continue
+            row = None if part.count == 1 else chosen.take(lanes) - self._first[number]
+            draw = part.sample(row, p.take(lanes, axis=1), u[1].take(lanes), u[2].take(lanes))
+            for axis in range(3):
+                wo[axis][lanes], weight[axis][lanes] = draw.wo[axis], draw.weight[axis]
+            distance[lanes], pdf[lanes] = draw.distance, draw.pdf
+            if part.delta:
+                delta[lanes] = True
+            if draw.varying.size:
+                extras.append((lanes.take(draw.varying), draw.triangle, draw.barycentric))
+        mixed = self.description.has_delta and not self.description.all_delta
+        is_delta = delta if mixed else self.description.all_delta
+        varying = extras[0] if extras else (NO_LANES, NO_LANES, NO_BARYCENTRIC)
+        return LightSample(wo, distance, weight, pdf, is_delta, chosen, *varying)
+
+    def pdf_triangle(self, triangle: Index, t: Float32, cos_light: Float32) -> Float32:
+        """(N,) density with which `sample` draws the ray that met emissive triangle `triangle`.
+
+        Parameters
+        ----------
+        triangle : (N,) int
+            Row of `TriangleEmitters`.
+        t : (N,) float32
+            Distance from the reference point.
+        cos_light : (N,) float32
+            |cos| between the ray and the triangle's geometric normal.
+        """
+        if self._triangles is None:
+            return np.zeros(t.shape, np.float32)
+        return self._triangles.pdf(triangle, t, cos_light)
+
+    def environment_pdf(self, d: Float32) -> Float32:
+        """(N,) density with which `sample` draws directions d (3, N) toward the environment."""
+        if self._environment is None:
+            return np.zeros(d.shape[1], np.float32)
+        return self._environment.pdf(d)
+
+    def intersect(
+        self, o: Float32, d: Float32, t: Float32, camera: bool | NDArray[np.bool_] | None = None
+    ) -> Iterator[Hits]:
+        """What rays o + s·d, 0 < s < t, gather of lamps; suns only where t ≥ 10³⁰ (nothing was hit).
+
+        Parameters
+        ----------
+        o, d : (3, N) float32
+            World space, d unit.
+        t : (N,) float32
+            Distance of the hit, inf where there is none.
+        camera : bool, (N,) bool or None
+            Which rays are the camera's: they see the lamps that are visible to it (with MIS weight 1,
+            for nothing else could have found them), all others those that have MIS.
+
+        Yields
+        ------
+        Hits : lanes (k,), radiance (3, k), pdf (k,), one for each lamp that may be met.
+        """
+        every, some = self.description.meets_lamps, self.description.camera_meets_lamps
+        if camera is None or isinstance(camera, bool):
+            if some if camera else every:
+                for part in self._lamps:
+                    yield from part.hits(o, d, t, bool(camera))
+            return
+        for of_camera, wanted in ((True, some), (False, every)):
+            lanes = np.flatnonzero(camera if of_camera else ~camera) if wanted else NO_LANES
+            if not lanes.size:
+                continue
+            subset = o.take(lanes, axis=1), d.take(lanes, axis=1), t.take(lanes)
+            for part in self._lamps:
+                for hits in part.hits(*subset, of_camera):
+                    yield hits._replace(lanes=lanes.take(hits.lanes))
+
+
+def _resolve(data: LightData, factor: Float64, origin: Float64) -> Lamp:
+    """A lamp with its strength and its place."""
+    strength = np.asarray(data.color, np.float64) * float(data.power) * factor
+    return Lamp(data, strength, np.asarray(data.matrix, np.float64)[:3, 3] - origin)
+
+
+def _light_sample(draw: Draw, delta: bool, emitter: int | NDArray[np.int32]) -> LightSample:
+    """A draw that needed no dispatch."""
+    return LightSample(*draw[:4], delta, emitter, *draw[4:])
+
+
+def _nothing(p: Float32) -> LightSample:
+    """Samples of a scene without emitters."""
+    up = np.zeros_like(p)
+    up[2] = 1.0
+    zero = np.zeros(p.shape[1], np.float32)
+    return LightSample(up, np.full_like(zero, FAR), np.zeros_like(p), zero, False, -1)
