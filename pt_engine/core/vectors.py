@@ -39,7 +39,8 @@ def normalize(a: Float32) -> Float32:
     """a / |a|: (3, N); a vector too short to have a direction (|a| < 1e-19) stays as short as it is."""
     squared = dot(a, a)
     inverse: Float32 = np.reciprocal(np.sqrt(squared + (squared < TINY)))
-    return a * inverse
+    unit: Float32 = a * inverse
+    return unit
 
 
 def reflect(w: Float32, n: Float32) -> Float32:
@@ -57,7 +58,8 @@ def difference_of_products(a: Float32, b: Float32, c: Float32, d: Float32) -> Fl
 def faceforward(n: Float32, w: Float32) -> Float32:
     """n, turned to the side that w points to."""
     sign: Float32 = np.copysign(np.float32(1.0), dot(n, w))
-    return n * sign
+    turned: Float32 = n * sign
+    return turned
 
 
 def mean3(a: Float32) -> Float32:
