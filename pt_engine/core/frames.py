@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .vectors import dot
+from .vectors import cross, dot
 
 Float32 = NDArray[np.float32]
 
@@ -27,6 +27,16 @@ def frame(n: Float32) -> tuple[Float32, Float32]:
     s = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x])
     t = np.stack([b, sign + y * y * a, -y])
     return s, t
+
+
+def from_tangent(n: Float32, tangent: Float32) -> tuple[Float32, Float32]:
+    """s, t (3, N) with s along `tangent` made orthogonal to n; `frame(n)` where the two are parallel."""
+    s = tangent - dot(tangent, n) * n
+    squared = dot(s, s)
+    usable = (squared > 1e-12).astype(np.float32)
+    fallback, _ = frame(n)
+    s = s * (usable / np.sqrt(squared + (1 - usable))) + fallback * (1 - usable)
+    return s, cross(n, s)
 
 
 def to_local(s: Float32, t: Float32, n: Float32, w: Float32) -> Float32:

@@ -1,0 +1,106 @@
+"""Direct illumination three ways (the lecture's Ver 0.3 to 0.6).
+
+    L(p₁, ω₁₀) = Le + ∫ Le,₂₁ f(ω₁₂, ω₁₀) |n·ω₁₂| dω₁₂
+
+One bounce, estimated from BSDF samples, from emitter samples, or from both with the power heuristic.
+Dirac deltas need no special case: a Dirac direction carries the density ∞, an emitter that no ray can
+hit has `light.mis` 0. What one strategy cannot see stays black, as on the slides: point lights with
+BSDF sampling, ideal mirrors with emitter sampling.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.lanes import Surface
+from ..scene.scene import Rays, Scene
+from ..scene.shading import ShadedBSDF
+from .dimensions import LaneSampler
+from .integrator import Integrator
+from .path_state import PathState, mis
+from .survivors import sorted_by_batch
+
+Float32 = NDArray[np.float32]
+
+
+class Direct(Integrator):
+    """What the three have in common: emission at p₁, then one bounce."""
+
+    def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
+        path = PathState.start(sampler)
+        si = scene.intersect(rays)
+        for found in scene.emission(rays, si, path):
+            path.gather(found)
+        radiance = path.L.copy()
+
+        order, spans = sorted_by_batch(scene.batch(si), scene.dead)
+        lit = order[: spans[-1][1].stop if spans else 0]
+        path, si = path.take(lit), si.take(lit)
+        bsdf = scene.shade(si, path, spans)
+        path.L = 0
+        self.reflected(scene, path, si, bsdf, path.sampler(sampler))
+        radiance[:, path.slot] += path.L
+        return radiance
+
+    def reflected(
+        self, scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, random: LaneSampler
+    ) -> None:
+        """Add one estimate of the reflected integral to `path.L`."""
+        raise NotImplementedError
+
+
+class DirectBSDF(Direct):
+    """L̂ = f·cosθ · Le / p_B."""
+
+    name = "direct_bsdf"
+    label = "Direct, BSDF Sampling"
+    description = "One bounce toward a direction drawn from the BSDF; cannot see point lights"
+
+    def reflected(
+        self, scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, random: LaneSampler
+    ) -> None:
+        rays = path.scatter(si, bsdf.sample(random.bsdf(0)))
+        for found in scene.emission(rays, scene.intersect(rays), path):
+            path.L[:, found.lanes] += path.beta.take(found.lanes, axis=1) * found.radiance
+
+
+class DirectEmitter(Direct):
+    """L̂ = f·cosθ · Le · V / p_E."""
+
+    name = "direct_emitter"
+    label = "Direct, Emitter Sampling"
+    description = "One bounce toward a point drawn on an emitter; cannot see lights in ideal mirrors"
+
+    def reflected(
+        self, scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, random: LaneSampler
+    ) -> None:
+        m = bsdf.smooth_count
+        if m == 0 or not scene.has_emitters:
+            return
+        here = si.part(slice(0, m))
+        light = scene.sample_emitter(here, random.emitter(0)[:, :m])
+        value, _ = bsdf.eval_pdf(light.wo)
+        path.L[:, :m] += scene.unoccluded(here, light, value * light.weight, self.transparent_depth)
+
+
+class DirectMIS(Direct):
+    """Both, each weighted by p² / (p_B² + p_E²)."""
+
+    name = "direct_mis"
+    label = "Direct, MIS"
+    description = "Both strategies, combined with the power heuristic"
+
+    def reflected(
+        self, scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, random: LaneSampler
+    ) -> None:
+        m = bsdf.smooth_count
+        if m and not not scene.has_emitters:
+            here = si.part(slice(0, m))
+            light = scene.sample_emitter(here, random.emitter(0)[:, :m])
+            value, pdf = bsdf.eval_pdf(light.wo)
+            weight = mis(light.pdf, pdf * np.logical_not(light.delta))
+            path.L[:, :m] += scene.unoccluded(here, light, value * light.weight * weight, self.transparent_depth)
+        rays = path.scatter(si, bsdf.sample(random.bsdf(0)))
+        for found in scene.emission(rays, scene.intersect(rays), path):
+            path.gather(found)

@@ -1,0 +1,65 @@
+"""What an integrator is, and the registry that panels and the command line choose from.
+
+A user's own file adds one: subclass `Integrator`, give it a name and a label, write `sample`. Rays,
+passes, film and statistics are done for it.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from ..scene.scene import Rays, Scene
+    from .dimensions import LaneSampler
+    from .settings import RenderSettings
+
+Float32 = NDArray[np.float32]
+
+INTEGRATORS: dict[str, type[Integrator]] = {}
+
+
+class Integrator(ABC):
+    """Estimates the radiance that arrives along camera rays.
+
+    Attributes
+    ----------
+    name : str
+        Identifier on the command line; a subclass that has one is registered under it.
+    label, description : str
+        What the panel shows.
+    """
+
+    name: ClassVar[str] = ""
+    label: ClassVar[str] = ""
+    description: ClassVar[str] = ""
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if cls.__dict__.get("name"):
+            INTEGRATORS[cls.name] = cls
+
+    def __init__(self, settings: RenderSettings) -> None:
+        self.max_depth = settings.max_depth
+        self.rr_depth = settings.rr_depth
+        self.transparent_depth = settings.transparent_depth
+
+    @abstractmethod
+    def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
+        """One estimate of the radiance along each ray.
+
+        Parameters
+        ----------
+        scene : Scene
+        rays : Rays
+            N camera rays.
+        sampler : LaneSampler
+            The random numbers of these N lanes.
+
+        Returns
+        -------
+        radiance : (3, N) float32, W·m⁻²·sr⁻¹
+        """

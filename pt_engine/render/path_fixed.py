@@ -1,0 +1,40 @@
+"""Path tracing with fixed depth (the lecture's Ver 0.7): every path walks on to the last edge."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.scene import Rays, Scene
+from .dimensions import LaneSampler
+from .integrator import Integrator
+from .path import next_event
+from .path_state import PathState
+from .survivors import sorted_by_batch
+
+Float32 = NDArray[np.float32]
+
+
+class PathFixed(Integrator):
+    """Throughput β and a fixed number of bounces; ended paths ride along with β = 0."""
+
+    name = "path_fixed"
+    label = "Path, Fixed Depth"
+    description = "Every path has max_depth edges; nothing leaves the batch"
+
+    def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
+        path = PathState.start(sampler)
+        for bounce in range(self.max_depth):
+            si = scene.intersect(rays)
+            for found in scene.emission(rays, si, path):
+                path.gather(found)
+            if bounce == self.max_depth - 1:
+                break
+            order, spans = sorted_by_batch(scene.batch(si), scene.dead)
+            path, si = path.take(order), si.take(order)
+            bsdf, random = scene.shade(si, path, spans), path.sampler(sampler)
+            next_event(scene, path, si, bsdf, random.emitter(bounce), self)
+            rays = path.scatter(si, bsdf.sample(random.bsdf(bounce)))
+        radiance = np.empty((3, path.size), np.float32)
+        radiance[:, path.slot] = path.L
+        return radiance

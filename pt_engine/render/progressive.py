@@ -1,0 +1,172 @@
+"""Progressive rendering: units on threads, their samples into the film, until enough or told to stop.
+
+The calling thread feeds the pool, keeps the film and reports; numpy and Embree release the GIL in the
+workers. A stop is answered as soon as the units in flight are done, each a fraction of a second.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.samplers import SAMPLERS
+from ..scene.scene import Scene
+from .film import Film
+from .integrator import INTEGRATORS
+from .schedule import Unit, units
+from .settings import RenderSettings
+from .worker import UnitResult, Worker
+
+Float32 = NDArray[np.float32]
+REPORTED_NONFINITE = 20
+
+
+@dataclass
+class Progress:
+    """How far a render is. `image()` is computed on demand; it is the film's current mean."""
+
+    film: Film
+    settings: RenderSettings
+    started: float
+    samples: int = 0
+    camera_samples: int = 0
+    rays: Counter[str] = field(default_factory=Counter)
+    nonfinite: list[dict[str, int]] = field(default_factory=list)
+    nonfinite_count: int = 0
+
+    @property
+    def total_samples(self) -> int:
+        """Samples per pixel asked for; 0 if unlimited."""
+        return self.settings.samples
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds since the first unit was started."""
+        return time.perf_counter() - self.started
+
+    @property
+    def fraction(self) -> float:
+        """Part that is done, by samples or by time, whichever is further; 0 where there is no limit."""
+        parts = [0.0]
+        if self.settings.samples:
+            x0, y0, x1, y1 = self.settings.window
+            parts.append(self.camera_samples / (self.settings.samples * (x1 - x0) * (y1 - y0)))
+        if self.settings.seconds:
+            parts.append(self.elapsed / self.settings.seconds)
+        return min(1.0, max(parts))
+
+    @property
+    def remaining(self) -> float:
+        """Seconds to go at the pace so far; infinite before there is one."""
+        done = self.fraction
+        return self.elapsed * (1 - done) / done if done > 0 else float("inf")
+
+    @property
+    def rays_per_second(self) -> float:
+        """Of all kinds."""
+        return sum(self.rays.values()) / max(self.elapsed, 1e-9)
+
+    def image(self) -> Float32:
+        """(height, width, 4) float32 of the window, bottom row first, alpha premultiplied."""
+        return self.film.image()
+
+
+@dataclass
+class RenderResult:
+    """What a render leaves, complete or cancelled."""
+
+    film: Film
+    progress: Progress
+    seconds: float
+    cancelled: bool
+
+    def image(self) -> Float32:
+        """(height, width, 4) float32 of the window, bottom row first, alpha premultiplied."""
+        return self.film.image()
+
+
+def render(
+    scene: Scene,
+    settings: RenderSettings,
+    on_progress: Callable[[Progress], None] = lambda progress: None,
+    should_stop: Callable[[], bool] = lambda: False,
+) -> RenderResult:
+    """Render until the samples, the time or the caller's patience are used up.
+
+    Parameters
+    ----------
+    scene : Scene
+    settings : RenderSettings
+    on_progress : callable
+        Called in this thread after every unit of work.
+    should_stop : callable
+        Asked in this thread after every unit; what was rendered until then is kept.
+
+    Raises
+    ------
+    KeyError
+        The integrator or the sampler named in `settings` is not registered.
+    """
+    x0, y0, x1, y1 = settings.window
+    film = Film(x1 - x0, y1 - y0)
+    sampler = SAMPLERS[settings.sampler](settings.seed)
+    worker = Worker(scene, settings, INTEGRATORS[settings.integrator](settings), sampler)
+    progress = Progress(film, settings, time.perf_counter())
+    stopped = False
+    threads = settings.threads or os.cpu_count() or 1
+    for result in in_parallel(worker, units(settings), threads, lambda: stopped or out_of_time(progress)):
+        deposit(progress, result)
+        on_progress(progress)
+        stopped = stopped or should_stop()
+    return RenderResult(film, progress, progress.elapsed, stopped)
+
+
+def out_of_time(progress: Progress) -> bool:
+    """Whether the time limit is reached."""
+    limit = progress.settings.seconds
+    return limit > 0 and progress.elapsed >= limit
+
+
+def in_parallel(
+    worker: Worker, work: Iterator[Unit], threads: int, stop: Callable[[], bool]
+) -> Iterator[UnitResult]:
+    """Results in the order of the work, with at most `threads` units in flight; none is started after `stop`."""
+    if threads == 1:
+        for unit in work:
+            yield worker.render(unit)
+            if stop():
+                return
+        return
+    with ThreadPoolExecutor(threads, thread_name_prefix="pt_engine") as pool:
+        pending: deque[Future[UnitResult]] = deque()
+        more = True
+        while more or pending:
+            while more and len(pending) <= threads:
+                unit = None if stop() else next(work, None)
+                more = unit is not None
+                if unit is not None:
+                    pending.append(pool.submit(worker.render, unit))
+            if pending:
+                yield pending.popleft().result()
+
+
+def deposit(progress: Progress, result: UnitResult) -> None:
+    """Add a unit's samples to the film; non-finite ones are dropped there and remembered here."""
+    unit = result.unit
+    bad = progress.film.add(unit.pixels, unit.first, unit.count, result.radiance, result.alpha)
+    for slot in bad[: max(0, REPORTED_NONFINITE - len(progress.nonfinite))]:
+        sample, index = divmod(int(slot), len(unit.pixels))
+        x0, y0, x1, _ = progress.settings.window
+        y, x = divmod(int(unit.pixels[index]), x1 - x0)
+        progress.nonfinite.append({"x": x + x0, "y": y + y0, "sample": unit.first + sample})
+    progress.nonfinite_count += len(bad)
+    progress.camera_samples += len(unit.pixels) * unit.count
+    progress.rays.update(result.rays)
+    progress.samples = progress.camera_samples // max(1, progress.film.pixels)

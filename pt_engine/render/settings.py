@@ -1,0 +1,68 @@
+"""How to render: everything a user can set that is not part of the scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class RenderSettings:
+    """Settings of one render.
+
+    Attributes
+    ----------
+    width, height : int
+        Of the full image, in pixels.
+    border : (x0, y0, x1, y1) or None
+        Window of pixels to render, y up; None for all.
+    samples : int
+        Per pixel; 0 for no limit.
+    first_sample : int
+        Number of the first sample, so that a render can be made in parts and merged.
+    seconds : float
+        Time limit; 0 for none.
+    seed : int
+    threads : int
+        0 for one per core.
+    integrator : str
+        A name in `integrator.INTEGRATORS`.
+    max_depth : int
+        Longest path in edges: bounces < depth < vertices.
+    rr_depth : int
+        Depth from which Russian roulette may end a path.
+    transparent_depth : int
+        How many transparent surfaces a path or a shadow ray passes at most; they are not bounces.
+    sampler : str
+        A name in `core.samplers.SAMPLERS`.
+    pixel_filter : str
+        BLACKMAN_HARRIS, GAUSSIAN or BOX.
+    filter_width : float
+        In pixels.
+    film_transparent : bool
+        Whether the sky is left out of the image and of its alpha.
+    lanes : int
+        Size of a wavefront.
+    """
+
+    width: int
+    height: int
+    border: tuple[int, int, int, int] | None = None
+    samples: int = 64
+    first_sample: int = 0
+    seconds: float = 0.0
+    seed: int = 0
+    threads: int = 0
+    integrator: str = "path"
+    max_depth: int = 13
+    rr_depth: int = 4
+    transparent_depth: int = 8
+    sampler: str = "SOBOL"
+    pixel_filter: str = "BLACKMAN_HARRIS"
+    filter_width: float = 1.5
+    film_transparent: bool = False
+    lanes: int = 1 << 16
+
+    @property
+    def window(self) -> tuple[int, int, int, int]:
+        """The pixels to render: x0, y0, x1, y1."""
+        return self.border or (0, 0, self.width, self.height)

@@ -1,0 +1,78 @@
+"""One unit of work: camera rays, the integrator's estimate, and what it cost."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..cameras.base import Camera
+from ..core.pixel_filters import FilterTable
+from ..core.samplers import Sampler
+from ..scene.scene import Rays, Scene
+from .dimensions import LaneSampler
+from .integrator import Integrator
+from .schedule import Unit
+from .settings import RenderSettings
+
+Float32 = NDArray[np.float32]
+
+
+class UnitResult(NamedTuple):
+    """Radiance (3, N) and coverage (N,) of a unit, sample-major: slot = sample · pixels + pixel."""
+
+    unit: Unit
+    radiance: Float32
+    alpha: Float32 | None
+    rays: dict[str, int]
+
+
+class Worker:
+    """Renders units; holds nothing that changes, so threads may share one.
+
+    Parameters
+    ----------
+    scene : Scene
+    settings : RenderSettings
+    integrator : Integrator
+    sampler : Sampler
+    """
+
+    def __init__(
+        self, scene: Scene, settings: RenderSettings, integrator: Integrator, sampler: Sampler
+    ) -> None:
+        self._scene, self._settings = scene, settings
+        self._integrator, self._sampler = integrator, sampler
+        self._filter = FilterTable(settings.pixel_filter, settings.filter_width)
+        self._camera: Camera = scene.camera
+
+    def render(self, unit: Unit) -> UnitResult:
+        """Estimate the radiance of each of the unit's camera rays."""
+        sampler = self.lane_sampler(unit)
+        rays = self.camera_rays(unit, sampler)
+        scene = self._scene.for_unit(rays.o.shape[1])
+        radiance = self._integrator.sample(scene, rays, sampler)
+        return UnitResult(unit, radiance, scene.alpha, scene.rays)
+
+    def lane_sampler(self, unit: Unit) -> LaneSampler:
+        """Random numbers by (pixel of the full image, sample)."""
+        x, y = self._pixel_coordinates(unit)
+        pixel = (y * self._settings.width + x).astype(np.uint32)
+        sample = np.arange(unit.first, unit.first + unit.count, dtype=np.uint32)
+        state = self._sampler.state(np.tile(pixel, unit.count), np.repeat(sample, len(pixel)))
+        return LaneSampler(self._sampler, state)
+
+    def camera_rays(self, unit: Unit, sampler: LaneSampler) -> Rays:
+        """One ray per lane through a point drawn from the pixel filter and, with a lens, a point on it."""
+        x, y = self._pixel_coordinates(unit)
+        offset = self._filter.sample(sampler.pixel())
+        raster = np.stack([np.tile(c, unit.count) for c in (x, y)]).astype(np.float32)
+        raster += np.float32(0.5)
+        raster += offset
+        return self._camera.rays(raster, sampler.lens() if self._camera.has_lens else None)
+
+    def _pixel_coordinates(self, unit: Unit) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        x0, y0, x1, _ = self._settings.window
+        y, x = np.divmod(unit.pixels.astype(np.int64), x1 - x0)
+        return x + x0, y + y0

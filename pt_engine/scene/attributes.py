@@ -1,0 +1,134 @@
+"""Per-mesh shading attributes (normals, uv, colours, generated), shared by all instances of a mesh.
+
+Triangles are numbered twice: globally, as Embree returns them, and within the tables here, where each
+mesh is stored once. `shift[instance]` takes the first to the second.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .geometry import Geometry
+from .snapshot import MeshData, Snapshot
+
+Float32 = NDArray[np.float32]
+Int32 = NDArray[np.int32]
+
+
+@dataclass
+class Layer:
+    """Values of one attribute at triangle corners: `values[index[triangle, corner]]`.
+
+    Attributes
+    ----------
+    values : (K, C) float32
+    index : (T', 3) int32
+    shift : (I,) int32
+        Add to a global triangle number to get a row of `index`; instances without the attribute
+        point at the last row, which holds the default.
+    has : (I,) bool
+    """
+
+    values: Float32
+    index: Int32
+    shift: Int32
+    has: NDArray[np.bool_]
+
+    def corners(self, prim: Int32, instance: Int32) -> tuple[Float32, Float32, Float32]:
+        """(C, N) values at the three corners of each lane's triangle."""
+        row = prim + self.shift.take(instance)
+        if not self.has.all():
+            row[~self.has.take(instance)] = len(self.index) - 1
+        corner = self.index.take(row, axis=0)
+        a, b, c = (np.ascontiguousarray(self.values.take(corner[:, k], axis=0).T) for k in range(3))
+        return a, b, c
+
+    def at(self, prim: Int32, instance: Int32, u: Float32, v: Float32) -> Float32:
+        """Interpolated (C, N) values at barycentrics u, v of corners 1 and 2."""
+        a, b, c = self.corners(prim, instance)
+        blended: Float32 = a + u * (b - a) + v * (c - a)
+        return blended
+
+
+def build_layer(
+    snapshot: Snapshot,
+    geometry: Geometry,
+    pick: dict[int, tuple[Float32, Int32]],
+    default: tuple[float, ...],
+) -> Layer:
+    """Join the meshes' (values, index) pairs, keyed by mesh number in `pick`, into one table."""
+    meshes = snapshot.instances.mesh
+    start: dict[int, int] = {}
+    values: list[Float32] = []
+    index: list[Int32] = []
+    rows = values_before = 0
+    for m, (mesh_values, mesh_index) in pick.items():
+        start[m] = rows
+        values.append(mesh_values)
+        index.append(mesh_index + np.int32(values_before) if values_before else mesh_index)
+        rows += len(mesh_index)
+        values_before += len(mesh_values)
+    values.append(np.array([default], np.float32))
+    index.append(np.full((1, 3), values_before, np.int32))
+    first = geometry.first_triangle[:-1]
+    shift = np.array([start.get(int(m), 0) for m in meshes], np.int64) - first
+    has = np.array([int(m) in start for m in meshes], bool)
+    return Layer(np.concatenate(values), np.concatenate(index), shift.astype(np.int32), has)
+
+
+def normal_layer(snapshot: Snapshot, geometry: Geometry) -> Layer | None:
+    """Object-space shading normals, or None where every mesh is flat."""
+    pick = {
+        m: (mesh.normals, mesh.normal_index)
+        for m, mesh in enumerate(snapshot.meshes)
+        if mesh.normals is not None and mesh.normal_index is not None
+    }
+    return build_layer(snapshot, geometry, pick, (0.0, 0.0, 1.0)) if pick else None
+
+
+def uv_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:
+    """A uv map by name; "" means each mesh's active one. Meshes without it give (0, 0), as in Blender."""
+    pick = {}
+    for m, mesh in enumerate(snapshot.meshes):
+        uv = mesh.uvs.get(name or mesh.active_uv)
+        if uv is not None and mesh.corner_index is not None:
+            pick[m] = (uv, mesh.corner_index)
+    return build_layer(snapshot, geometry, pick, (0.0, 0.0))
+
+
+def color_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:
+    """A colour attribute by name; "" means each mesh's active one. Missing ones are (0, 0, 0, 0)."""
+    pick = {}
+    for m, mesh in enumerate(snapshot.meshes):
+        color = mesh.colors.get(name or mesh.active_color)
+        if color is not None:
+            pick[m] = (color, _color_index(mesh, color))
+    return build_layer(snapshot, geometry, pick, (0.0, 0.0, 0.0, 0.0))
+
+
+def _color_index(mesh: MeshData, color: Float32) -> Int32:
+    per_corner = mesh.corner_index is not None and len(color) != len(mesh.vertices)
+    if per_corner and mesh.corner_index is not None:
+        return mesh.corner_index
+    return mesh.triangles
+
+
+def generated_layer(snapshot: Snapshot, geometry: Geometry) -> Layer:
+    """Generated coordinates: undeformed positions mapped from the texture space's box to [0, 1]³."""
+    pick = {}
+    for m, mesh in enumerate(snapshot.meshes):
+        points = mesh.vertices if mesh.orco is None else mesh.orco
+        centre, size = mesh.texture_space
+        with np.errstate(divide="ignore", invalid="ignore"):
+            unit = (points - centre) / np.where(size == 0, np.float32(1), size)
+        pick[m] = ((unit * 0.5 + 0.5).astype(np.float32), mesh.triangles)
+    return build_layer(snapshot, geometry, pick, (0.0, 0.0, 0.0))
+
+
+def position_layer(snapshot: Snapshot, geometry: Geometry) -> Layer:
+    """Object-space positions, for what needs a triangle's edges (tangents)."""
+    pick = {m: (mesh.vertices, mesh.triangles) for m, mesh in enumerate(snapshot.meshes)}
+    return build_layer(snapshot, geometry, pick, (0.0, 0.0, 0.0))

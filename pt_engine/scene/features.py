@@ -1,0 +1,48 @@
+"""Which effects a scene calls for. What it does not have costs nothing, and the report says what was off."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .snapshot import Snapshot
+
+if TYPE_CHECKING:
+    from .scene import Scene
+
+ON = "on"
+
+
+def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[str, str]:
+    """Effect → "on", or "off: why"."""
+    camera, lights, geometry = snapshot.camera, scene.lights.description, scene.geometry
+    batches = [scene.materials.batches[g.batch] for g in scene.groups]
+    needs = {need.split(":")[0] for b in batches for need in b.needs}
+    rows = {
+        "depth of field": (camera.aperture_radius > 0, "the camera has no aperture"),
+        "environment": (scene.world.emits, "the world is black"),
+        "environment sampling": (
+            scene.world.emits and scene.world.constant is None,
+            "the world is the same in all directions",
+        ),
+        "lamps": (scene.lights.first_triangle > 0, "no lamp has power"),
+        "Dirac lamps": (lights.has_delta, "every lamp has a size"),
+        "lamps met by rays": (lights.meets_lamps, "no lamp has a size to hit"),
+        "mesh lights": (lights.has_triangles, "no visible material emits"),
+        "mesh lights that vary": (
+            bool(scene.materials.emission_varies[scene.used_materials].any()),
+            "emission is constant on each material",
+        ),
+        "light choice": (lights.total > 1, "there are fewer than two emitters"),
+        "shading normals": (bool(geometry.surface_smooth.any()), "every face is flat"),
+        "transparent surfaces": (scene.transparent_surfaces, "no visible material is transparent"),
+        "transparent film": (film_transparent, "the sky is part of the image"),
+        "ideal specular": (any(b.delta_only for b in batches), "no material is made of Dirac lobes alone"),
+        "several closures": (
+            any(len(b.kinds) > 1 for b in batches),
+            "every material has a single closure",
+        ),
+        "uv maps": ("uv" in needs or "tangent" in needs, "no visible material reads one"),
+        "colour attributes": ("color" in needs, "no visible material reads one"),
+        "material batches": (len(scene.groups) > 1, "all materials share one program"),
+    }
+    return {name: ON if on else f"off: {why}" for name, (on, why) in rows.items()}

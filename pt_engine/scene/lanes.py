@@ -1,0 +1,241 @@
+"""What a shader program sees of the points it shades.
+
+A `Surface` holds the raw hits of a wavefront; `Lanes` is the view of one slice of it that programs get,
+computing only what they ask for. Everything faces the viewer: `ng` and `ns` are on `wi`'s side.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core import vectors
+from ..core.rows import Rows
+
+if TYPE_CHECKING:
+    from .scene import Scene
+
+Float32 = NDArray[np.float32]
+Int32 = NDArray[np.int32]
+
+
+class Surface(
+    Rows,
+    float_rows=(("p", 3), ("ng", 3), ("wi", 3), ("t", 1), ("u", 1), ("v", 1), ("bound", 1), ("back", 1)),
+    int_rows=(("prim", 1), ("surface", 1), ("instance", 1), ("emitter", 1)),
+):
+    """Hit points, one column per lane.
+
+    Attributes
+    ----------
+    p, ng, wi : (3, N) float32
+        Position (recentred world), geometric normal on the viewer's side, direction to the viewer.
+    t, u, v : (N,) float32
+        Ray length and barycentrics.
+    bound : (N,) float32
+        How far along `ng` a new ray must start to be clear of rounding.
+    back : (N,) float32
+        1 where the viewer is behind the face.
+    prim, surface, instance, emitter : (N,) int32
+        Triangle, `Geometry.surface_material` row, instance, and emitter number (−1: none).
+    """
+
+    p: Float32
+    ng: Float32
+    wi: Float32
+    t: Float32
+    u: Float32
+    v: Float32
+    bound: Float32
+    back: Float32
+    prim: Int32
+    surface: Int32
+    instance: Int32
+    emitter: Int32
+
+
+class Lanes:
+    """A slice of lanes on surfaces of one batch, for shader programs.
+
+    Parameters
+    ----------
+    scene : Scene
+    si : Surface
+        The slice's hits.
+    kind, depth, transparent_depth : (N,) int32
+        `RayKind` bits of the ray that arrived, and how many bounces of each sort came before.
+    smooth : bool
+        Whether the slice lies on geometry with shading normals.
+    """
+
+    def __init__(
+        self, scene: Scene, si: Surface, kind: Int32, depth: Int32, transparent_depth: Int32, smooth: bool
+    ) -> None:
+        self.scene, self.si, self.smooth = scene, si, smooth
+        self.ray_kind, self.depth, self.transparent_depth = kind, depth, transparent_depth
+        self.n = si.size
+        self.p, self.wi, self.ng = si.p, si.wi, si.ng
+        self.backfacing, self.ray_length = si.back, si.t
+
+    @property
+    def position(self) -> Float32:
+        """(3, n) true world position."""
+        return self.si.p + self.scene.origin32
+
+    @cached_property
+    def material(self) -> Int32:
+        """(n,) index into `Snapshot.materials`."""
+        return self.scene.geometry.surface_material.take(self.si.surface)
+
+    @cached_property
+    def ns(self) -> Float32:
+        """(3, n) shading normal, on the viewer's side of the face."""
+        if not self.smooth or self.scene.normals is None:
+            return self.ng
+        n = self.to_world_normal(self.object_normal())
+        n *= 1 - 2 * self.backfacing
+        return vectors.normalize(n)
+
+    def object_normal(self) -> Float32:
+        """(3, n) interpolated shading normal in object space (unnormalised); needs `smooth`."""
+        si, normals = self.si, self.scene.normals
+        if normals is None:
+            return self.to_object_normal(self.ng * (1 - 2 * self.backfacing))
+        return normals.at(si.prim, si.instance, si.u, si.v)
+
+    def to_world_normal(self, n: Float32) -> Float32:
+        """Object to world through the instances' inverse transposes (unnormalised)."""
+        return self.scene.transforms.normal_to_world(n, self.si.instance)
+
+    def to_object_normal(self, n: Float32) -> Float32:
+        """World to object space (unnormalised)."""
+        return self.scene.transforms.normal_to_object(n, self.si.instance)
+
+    def to_object_vector(self, w: Float32) -> Float32:
+        """A direction in object space (unnormalised)."""
+        return self.scene.transforms.vector_to_object(w, self.si.instance)
+
+    def to_world_vector(self, w: Float32) -> Float32:
+        """A direction from object to world space (unnormalised)."""
+        return self.scene.transforms.vector_to_world(w, self.si.instance)
+
+    def object_position(self) -> Float32:
+        """(3, n) position in object space."""
+        return self.scene.transforms.point_to_object(self.si.p, self.si.instance)
+
+    def uv(self, name: str) -> Float32:
+        """(2, n) of a uv map ("" for the active one)."""
+        si = self.si
+        return self.scene.layer("uv", name).at(si.prim, si.instance, si.u, si.v)
+
+    def color(self, name: str) -> Float32:
+        """(4, n) of a colour attribute ("" for the active one)."""
+        si = self.si
+        return self.scene.layer("color", name).at(si.prim, si.instance, si.u, si.v)
+
+    def generated(self) -> Float32:
+        """(3, n) Generated coordinates."""
+        si = self.si
+        return self.scene.layer("generated", "").at(si.prim, si.instance, si.u, si.v)
+
+    def tangent(self, uv_name: str) -> tuple[Float32, Float32]:
+        """World-space unit direction of growing u, orthogonal to `ns`, and the sign of the bitangent.
+
+        Per triangle, from the uv gradient (Mikkelsen's per-vertex smoothing is left out).
+        """
+        si = self.si
+        e1, e2 = edges(self.scene.layer("position", "").corners(si.prim, si.instance))
+        d1, d2 = edges(self.scene.layer("uv", uv_name).corners(si.prim, si.instance))
+        along_u = e1 * d2[1] - e2 * d1[1]  # dp/du times the determinant
+        determinant = d1[0] * d2[1] - d1[1] * d2[0]
+        sign = np.copysign(np.float32(1), determinant)
+        tangent = self.to_world_vector(along_u * sign)
+        tangent -= vectors.dot(tangent, self.ns) * self.ns
+        return vectors.normalize(tangent), sign
+
+    def barycentric(self) -> Float32:
+        """(2, n) weights of the triangle's corners 1 and 2."""
+        return self.si.data[10:12]
+
+    def object_random(self) -> Float32:
+        """(n,) Object Info's Random."""
+        return self.scene.instances.random.take(self.si.instance)
+
+    def object_color(self) -> Float32:
+        """(4, n) Object Info's Color."""
+        return np.ascontiguousarray(self.scene.instances.color.take(self.si.instance, axis=0).T)
+
+    def object_index(self) -> Float32:
+        """(n,) Object Info's Object Index."""
+        return self.scene.instances.pass_index.take(self.si.instance).astype(np.float32)
+
+    def object_location(self) -> Float32:
+        """(3, n) Object Info's Location."""
+        return self.scene.transforms.location(self.si.instance)
+
+
+def edges(corners: tuple[Float32, Float32, Float32]) -> tuple[Float32, Float32]:
+    """Differences to the first corner."""
+    a, b, c = corners
+    return b - a, c - a
+
+
+class SkyLanes:
+    """Lanes whose ray left the scene: every coordinate is the ray's direction, as in Blender.
+
+    Parameters
+    ----------
+    direction : (3, N) float32
+        World direction of travel.
+    kind : (N,) int32
+        `RayKind` bits.
+    """
+
+    def __init__(self, direction: Float32, kind: Int32) -> None:
+        self.n = direction.shape[1]
+        self.position = self.p = direction
+        self.wi = self.ng = self.ns = -direction
+        self.ray_kind = kind
+        self.depth = self.transparent_depth = self.material = np.zeros(self.n, np.int32)
+        self.backfacing = np.zeros(self.n, np.float32)
+        self.ray_length = np.full(self.n, np.float32(1e30))
+        self._direction = direction
+
+    def generated(self) -> Float32:
+        """(3, n) the direction."""
+        return self._direction
+
+    object_position = generated
+
+    def uv(self, name: str) -> Float32:
+        """Zero: the sky has no uv map."""
+        return np.zeros((2, self.n), np.float32)
+
+    def color(self, name: str) -> Float32:
+        """Zero: the sky has no colour attribute."""
+        return np.zeros((4, self.n), np.float32)
+
+    def tangent(self, uv_name: str) -> tuple[Float32, Float32]:
+        """Zero: the sky has no uv map."""
+        return np.zeros((3, self.n), np.float32), np.ones(self.n, np.float32)
+
+    def barycentric(self) -> Float32:
+        """Zero."""
+        return np.zeros((2, self.n), np.float32)
+
+    def object_random(self) -> Float32:
+        """Zero."""
+        return np.zeros(self.n, np.float32)
+
+    object_index = object_random
+
+    def object_color(self) -> Float32:
+        """Zero."""
+        return np.zeros((4, self.n), np.float32)
+
+    def object_location(self) -> Float32:
+        """Zero."""
+        return np.zeros((3, self.n), np.float32)

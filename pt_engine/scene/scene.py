@@ -1,0 +1,315 @@
+"""The prepared scene: what integrators talk to.
+
+`prepare` compiles a snapshot once; a `Scene` is then only read, so worker threads share it. Its methods
+are the terms of the rendering equation over a wavefront of lanes.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections import Counter
+from collections.abc import Iterator
+from itertools import starmap
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core import vectors
+from ..core.raykind import RayKind
+from ..emitters.lights import Lights, LightSample
+from .accel import FAR, MISS, Accel
+from .attributes import Layer
+from .geometry import BOUND, EMITTER, INSTANCE, NORMAL, PLANE, SURFACE, Geometry
+from .lanes import Lanes, SkyLanes, Surface
+from .shading import ShadedBSDF, SliceBSDF
+from .snapshot import Instances
+from .transforms import Transforms
+from .transmittance import transmittance
+
+if TYPE_CHECKING:
+    from ..cameras.base import Camera
+    from ..nodes.compile import Materials
+    from ..nodes.world import WorldProgram
+    from ..nodes.coverage import Coverage
+    from ..render.path_state import PathState
+
+Float32 = NDArray[np.float32]
+Int32 = NDArray[np.int32]
+BatchNumbers = NDArray[np.uint16]
+
+
+class Rays(NamedTuple):
+    """N rays. `tfar` < 0 switches one off.
+
+    Attributes
+    ----------
+    o, d : (3, N) float32
+        Origin (recentred world) and unit direction.
+    tfar : (N,) float32
+    """
+
+    o: Float32
+    d: Float32
+    tfar: Float32
+
+
+class Found(NamedTuple):
+    """Lanes whose ray found an emitter.
+
+    Attributes
+    ----------
+    lanes : (K,) intp
+    radiance : (3, K) float32
+    pdf : (K,) float32
+        Density per solid angle with which emitter sampling would have chosen this direction.
+    """
+
+    lanes: NDArray[np.intp]
+    radiance: Float32
+    pdf: Float32
+
+
+class Group(NamedTuple):
+    """Lanes that are shaded together: a batch of materials, on flat or on smooth geometry."""
+
+    batch: int
+    smooth: bool
+
+
+class Scene:
+    """See the module. Built by `prepare`."""
+
+    camera: Camera
+    features: dict[str, str]
+    coverage: list[Coverage]
+    build_seconds: float
+    emissive_prim: Int32
+
+    def __init__(
+        self,
+        geometry: Geometry,
+        accel: Accel,
+        instances: Instances,
+        layers: dict[tuple[str, str], Layer],
+        materials: Materials,
+        world: WorldProgram,
+        lights: Lights,
+        film_transparent: bool = False,
+    ) -> None:
+        self.geometry, self.accel, self.instances = geometry, accel, instances
+        self.materials, self.world, self.lights = materials, world, lights
+        self.origin32 = geometry.origin.astype(np.float32)[:, None]
+        self.transforms = Transforms(instances.matrix, geometry.origin)
+        self._layers = layers
+        self.normals = layers.get(("normal", ""))
+        self.film_transparent = film_transparent
+        self.has_emitters = lights.description.total > 0
+        self.used_materials = np.unique(geometry.surface_material[1:])
+        self.rays: Counter[str] = Counter()
+        self.alpha: Float32 | None = None
+        self._make_groups()
+
+    def for_unit(self, lanes: int) -> Scene:
+        """The same scene with a ray count and, for a transparent film, a coverage per camera ray of its own."""
+        scene = copy.copy(self)
+        scene.rays = Counter()
+        scene.alpha = np.ones(lanes, np.float32) if self.film_transparent else None
+        return scene
+
+    def _make_groups(self) -> None:
+        """Number the groups, those with more than Dirac lobes first, and the surfaces that belong to each."""
+        batches, surfaces = self.materials.batches, self.geometry
+        pairs = {
+            Group(int(self.materials.batch_of[m]), bool(s))
+            for m, s in zip(surfaces.surface_material, surfaces.surface_smooth, strict=True)
+            if m >= 0 and batches[self.materials.batch_of[m]].has_bsdf
+        }
+        self.groups = sorted(pairs, key=lambda g: (batches[g.batch].delta_only, g.batch, g.smooth))
+        self.dead = len(self.groups)  # the group of lanes that go no further
+        self.smooth_groups = sum(not batches[g.batch].delta_only for g in self.groups)
+        number = {g: k for k, g in enumerate(self.groups)}
+        self._group_of_surface = np.array(
+            [
+                self.dead if m < 0 else number.get(Group(int(self.materials.batch_of[m]), bool(s)), self.dead)
+                for m, s in zip(surfaces.surface_material, surfaces.surface_smooth, strict=True)
+            ],
+            np.uint8 if self.dead < 255 else np.uint16,
+        )
+        passes = [batches[g.batch].has_transparency for g in self.groups]
+        self.passes = np.array([*passes, False])
+        self.transparent_surfaces = any(passes)
+
+    def layer(self, kind: str, name: str) -> Layer:
+        """A shading attribute that some program was found to need when the scene was prepared."""
+        return self._layers[kind, name]
+
+    # ------------------------------------------------------------------ the ray's end
+
+    def intersect(self, rays: Rays) -> Surface:
+        """Closest hits; lanes that miss have `prim` −1 and the sky's surface number."""
+        self.rays["bounce" if self.rays else "camera"] += int(np.count_nonzero(rays.tfar > 0))
+        hits = self.accel.intersect(rays.o, rays.d, rays.tfar)
+        si = Surface.empty(len(hits.t))
+        record = self.geometry.records.take(hits.prim, axis=0, mode="wrap").T
+        integers = record.view(np.int32)
+        ng, wi, p = si.ng, si.wi, si.p
+        np.negative(rays.d, out=wi)
+        ng[:] = record[NORMAL]
+        facing = vectors.dot(ng, wi)
+        t = np.minimum(hits.t, np.float32(1e30))
+        np.multiply(rays.d, t, out=p)
+        p += rays.o
+        p -= ng * (vectors.dot(ng, p) - record[PLANE])  # back onto the plane, where rounding left it
+        ng *= np.copysign(np.float32(1), facing)
+        si.t, si.u, si.v, si.prim = t, hits.u, hits.v, hits.prim
+        si.back = facing < 0
+        si.bound, si.surface = record[BOUND], integers[SURFACE]
+        si.instance, si.emitter = integers[INSTANCE], integers[EMITTER]
+        return si
+
+    def batch(self, si: Surface) -> BatchNumbers:
+        """Each lane's group number; `dead` where the ray left the scene or the surface only emits."""
+        group: BatchNumbers = self._group_of_surface.take(si.surface)
+        return group
+
+    # ------------------------------------------------------------------ emission found by a ray
+
+    def emission(self, rays: Rays, si: Surface, path: PathState) -> Iterator[Found]:
+        """What the rays have run into: the sky, emissive surfaces, lamps."""
+        if self.world.emits or self.film_transparent:
+            escaped = np.flatnonzero(si.prim == MISS)
+            escaped = escaped[rays.tfar.take(escaped) > 0]
+            if self.film_transparent:
+                escaped = self._leave_film_clear(escaped, path)
+            if len(escaped):
+                d = rays.d.take(escaped, axis=1)
+                sky = self.world.emission(SkyLanes(d, path.kind.take(escaped)))
+                yield Found(escaped, sky, self.lights.environment_pdf(d))
+        if self.lights.description.has_triangles:
+            lit = np.flatnonzero(si.emitter >= 0)
+            if len(lit):
+                yield self._surface_emission(lit, si, path)
+        if self.lights.description.meets_lamps or self.lights.description.camera_meets_lamps:
+            yield from self._lamp_emission(rays, si, path)
+
+    def _leave_film_clear(self, escaped: NDArray[np.intp], path: PathState) -> NDArray[np.intp]:
+        """Camera rays that reach the sky take their share off the film's coverage and bring no light."""
+        seen = (path.kind.take(escaped) & RayKind.CAMERA) != 0
+        clear = escaped[seen]
+        if self.alpha is not None:
+            self.alpha[path.slot.take(clear)] = 1 - vectors.mean3(path.beta.take(clear, axis=1))
+        return escaped[~seen]
+
+    def _surface_emission(self, lit: NDArray[np.intp], si: Surface, path: PathState) -> Found:
+        emitter = si.emitter.take(lit)
+        hit = si.take(lit)
+        distance = hit.t + path.travelled.take(lit) if self.transparent_surfaces else hit.t
+        cosine = vectors.dot(hit.ng, hit.wi)
+        pdf = self.lights.pdf_triangle(emitter, distance, cosine)
+        return Found(lit, self._radiance(hit, path, lit), pdf)
+
+    def _radiance(self, hit: Surface, path: PathState, lanes: NDArray[np.intp]) -> Float32:
+        """(3, K) emitted toward `wi`: a table where it is constant, else the materials' programs."""
+        material = self.geometry.surface_material.take(hit.surface)
+        radiance = np.ascontiguousarray(self.materials.emission_constant.take(material, axis=0).T)
+        varying = np.flatnonzero(self.materials.emission_varies.take(material))
+        if len(varying):
+            radiance[:, varying] = self._evaluated_radiance(
+                hit.take(varying), path.kind.take(lanes.take(varying)), material.take(varying)
+            )
+        return radiance
+
+    def _evaluated_radiance(self, hit: Surface, kind: Int32, material: Int32) -> Float32:
+        radiance = np.zeros((3, hit.size), np.float32)
+        smooth = self.geometry.surface_smooth.take(hit.surface)
+        key = self.materials.batch_of.take(material) * 2 + smooth
+        for k in np.unique(key):
+            lanes = np.flatnonzero(key == k)
+            zero = np.zeros(len(lanes), np.int32)
+            here = Lanes(self, hit.take(lanes), kind.take(lanes), zero, zero, bool(k & 1))
+            value = self.materials.batches[int(k) >> 1].emission(here)
+            if value is not None:
+                radiance[:, lanes] = value
+        return radiance
+
+    def _lamp_emission(self, rays: Rays, si: Surface, path: PathState) -> Iterator[Found]:
+        """Lamps of any size that lie on the ray before its hit; they don't hide what is behind them."""
+        t = np.where(si.prim == MISS, FAR, si.t)
+        t[rays.tfar < 0] = -1
+        seen = (path.kind & RayKind.CAMERA) != 0
+        if not self.transparent_surfaces:
+            camera: bool | NDArray[np.bool_] = bool(seen[:1].any())  # all lanes are of one generation
+            yield from starmap(Found, self.lights.intersect(rays.o, rays.d, t, camera))
+            return
+        # densities count from the last real bounce, but only what lies beyond the surfaces passed is new
+        back = path.travelled
+        for lanes, radiance, pdf in self.lights.intersect(rays.o - back * rays.d, rays.d, t + back, seen):
+            yield Found(lanes, radiance, pdf)
+
+    def shading_normal(self, si: Surface) -> Float32:
+        """(3, N) unit shading normals on the viewer's side."""
+        normal = si.ng.copy()
+        smooth = np.flatnonzero(self.geometry.surface_smooth.take(si.surface))
+        if len(smooth):
+            zero = np.zeros(len(smooth), np.int32)
+            normal[:, smooth] = Lanes(self, si.take(smooth), zero, zero, zero, True).ns
+        return normal
+
+    # ------------------------------------------------------------------ scattering
+
+    def shade(self, si: Surface, path: PathState, spans: list[tuple[int, slice]]) -> ShadedBSDF:
+        """The closures of each group on its span of lanes."""
+        slices = []
+        smooth_count = 0
+        for number, span in spans:
+            group = self.groups[number]
+            part = si.part(span)
+            lanes = Lanes(self, part, path.kind[span], path.depth[span], path.passed[span], group.smooth)
+            closures = self.materials.batches[group.batch].closures(lanes)
+            slices.append((span, SliceBSDF(closures, lanes)))
+            if number < self.smooth_groups:
+                smooth_count = span.stop
+        return ShadedBSDF(si.size, slices, smooth_count)
+
+    # ------------------------------------------------------------------ next-event estimation
+
+    def sample_emitter(self, si: Surface, u: Float32) -> LightSample:
+        """One emitter and a point on it per lane; the weight is Le/pdf."""
+        light = self.lights.sample(si.p, si.ng, u)
+        if len(light.varying):
+            light.weight[:, light.varying] *= self._radiance_at(light, si)
+        return light
+
+    def _radiance_at(self, light: LightSample, si: Surface) -> Float32:
+        """Le of sampled points on triangles whose emission varies, toward the reference points."""
+        lanes = light.varying
+        wo = light.wo.take(lanes, axis=1)
+        at = Surface.empty(len(lanes))
+        at.prim = self.emissive_prim.take(light.triangle)
+        record = self.geometry.records.take(at.prim, axis=0).T
+        integers = record.view(np.int32)
+        at.u, at.v = light.barycentric
+        at.t = light.distance.take(lanes)
+        at.p = si.p.take(lanes, axis=1) + wo * at.t
+        at.wi = -wo
+        facing = vectors.dot(record[NORMAL], at.wi)
+        at.ng = record[NORMAL] * np.copysign(np.float32(1), facing)
+        at.back = facing < 0
+        at.bound, at.surface, at.instance = record[BOUND], integers[SURFACE], integers[INSTANCE]
+        at.emitter = integers[EMITTER]
+        material = self.geometry.surface_material.take(at.surface)
+        kind = np.full(len(lanes), RayKind.DIFFUSE | RayKind.REFLECTION, np.int32)
+        return self._evaluated_radiance(at, kind, material)
+
+    def unoccluded(self, si: Surface, light: LightSample, contribution: Float32, limit: int) -> Float32:
+        """`contribution` where nothing lies between; dimmed by up to `limit` transparent surfaces."""
+        lit = vectors.max3(contribution) > 0
+        self.rays["shadow"] += int(np.count_nonzero(lit))
+        tfar = light.distance * lit - ~lit  # −1 switches a ray off
+        side = np.copysign(si.bound, vectors.dot(si.ng, light.wo))
+        o = si.p + side * si.ng
+        if self.transparent_surfaces:
+            return contribution * transmittance(self, o, light.wo, tfar, limit)
+        contribution.view(np.int32)[:] &= self.accel.visible(o, light.wo, tfar)
+        return contribution

@@ -1,0 +1,244 @@
+"""The BSDF of a whole wavefront: each batch's closures on its slice of lanes, summed.
+
+Lanes arrive sorted by batch, so a batch's closures own a contiguous slice and nothing is masked. One
+closure needs no choice; with several, `sample` picks one in proportion to what it is likely to scatter,
+and pdf and value are those of the sum, so multiple importance sampling stays exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..bsdfs.base import BSDF, Lobe, gather
+from ..core import frames, vectors
+from .lanes import Lanes
+
+Float32 = NDArray[np.float32]
+Int32 = NDArray[np.int32]
+GRAZING = np.float32(1e-6)
+
+
+class ClosureLike(Protocol):
+    """What a program yields (see `nodes`): a scattering model, its parameters and its share."""
+
+    @property
+    def bsdf(self) -> BSDF: ...
+    @property
+    def params(self) -> tuple: ...  # type: ignore[type-arg]
+    @property
+    def weight(self) -> Float32: ...
+    @property
+    def normal(self) -> Float32 | None: ...
+    @property
+    def tangent(self) -> Float32 | None: ...
+
+
+class Scattered(NamedTuple):
+    """Sampled continuations of N paths.
+
+    Attributes
+    ----------
+    wo : (3, N) float32
+        World space.
+    weight : (3, N) float32
+        f·|cosθo|/pdf of the summed closures.
+    pdf : (N,) float32
+        Density per solid angle; infinite after a Dirac lobe, so that its MIS weight is 1.
+    lobe : (N,) uint8
+        Bits of `Lobe`.
+    """
+
+    wo: Float32
+    weight: Float32
+    pdf: Float32
+    lobe: NDArray[np.uint8]
+
+
+class LocalFrame:
+    """A shading frame per lane, with `wi` in it."""
+
+    def __init__(self, normal: Float32, wi: Float32, tangent: Float32 | None) -> None:
+        self.n = normal
+        self.s, self.t = frames.frame(normal) if tangent is None else frames.from_tangent(normal, tangent)
+        self.wi = frames.to_local(self.s, self.t, normal, wi)
+        # an interpolated normal may turn away from the viewer by a hair: look along the surface then
+        np.maximum(self.wi[2], GRAZING, out=self.wi[2])
+
+    def local(self, w: Float32) -> Float32:
+        return frames.to_local(self.s, self.t, self.n, w)
+
+    def world(self, w: Float32) -> Float32:
+        return frames.to_world(self.s, self.t, self.n, w)
+
+    def world_at(self, w: Float32, index: NDArray[np.intp]) -> Float32:
+        s, t, n = (axis.take(index, axis=1) for axis in (self.s, self.t, self.n))
+        return frames.to_world(s, t, n, w)
+
+
+class SliceBSDF:
+    """The closures of one batch on its lanes."""
+
+    def __init__(self, closures: Sequence[ClosureLike], lanes: Lanes) -> None:
+        self.closures = list(closures)
+        self.lanes = lanes
+        self._frames: dict[tuple[int, int], LocalFrame] = {}
+        self.frames = [self._frame(c) for c in self.closures]
+        self.shares = self._shares()
+        # with the geometric normal as the shading normal, no direction is on two sides at once
+        self.bent = lanes.smooth or any(c.normal is not None for c in self.closures)
+
+    def _frame(self, closure: ClosureLike) -> LocalFrame:
+        key = (id(closure.normal), id(closure.tangent))
+        if key not in self._frames:
+            normal = self.lanes.ns if closure.normal is None else closure.normal
+            self._frames[key] = LocalFrame(normal, self.lanes.wi, closure.tangent)
+        return self._frames[key]
+
+    def _shares(self) -> list[Float32]:
+        """Probability with which each closure is sampled, (N,) or (1,) each; they sum to 1 or to 0."""
+        if len(self.closures) == 1:
+            return [np.ones(1, np.float32)]
+        raw = [
+            vectors.mean3(c.weight) * c.bsdf.albedo(c.params, frame.wi[2])
+            for c, frame in zip(self.closures, self.frames, strict=True)
+        ]
+        total: Float32 = sum(raw[1:], start=raw[0])
+        scale = 1 / np.maximum(total, np.float32(1e-20))
+        return [share * scale for share in raw]
+
+    def eval_pdf(self, wo: Float32) -> tuple[Float32, Float32]:
+        """f·|cosθo| and pdf of world directions `wo`, of all closures together."""
+        value = np.zeros((3, self.lanes.n), np.float32)
+        pdf = np.zeros(self.lanes.n, np.float32)
+        local: dict[int, Float32] = {}
+        for closure, frame, share in zip(self.closures, self.frames, self.shares, strict=True):
+            if id(frame) not in local:
+                local[id(frame)] = frame.local(wo)
+            f, p = closure.bsdf.eval_pdf(closure.params, frame.wi, local[id(frame)])
+            if self.bent:
+                valid = self._same_side(wo, local[id(frame)][2])
+                f, p = f * valid, p * valid
+            value += closure.weight * f
+            pdf += share * p
+        return value, pdf
+
+    def _same_side(self, wo: Float32, cos_o: Float32, ng: Float32 | None = None) -> NDArray[np.bool_]:
+        """Whether wo leaves on the side of the true surface that the shading frame says it does."""
+        ng = self.lanes.ng if ng is None else ng
+        same: NDArray[np.bool_] = vectors.dot(ng, wo) * cos_o > 0
+        return same
+
+    def sample(self, u: Float32, out: Scattered) -> None:
+        """Fill `out` with one direction per lane from uniforms `u` (3, N)."""
+        if len(self.closures) == 0:
+            out.weight[:] = 0
+            out.wo[:] = self.lanes.ng
+            out.pdf[:] = 0
+            out.lobe[:] = Lobe.NONE
+        elif len(self.closures) == 1:
+            self._sample_only(u, out)
+        else:
+            self._sample_among(u, out)
+
+    def _sample_only(self, u: Float32, out: Scattered) -> None:
+        closure, frame = self.closures[0], self.frames[0]
+        s = closure.bsdf.sample(closure.params, frame.wi, u[0], u[1], u[2])
+        out.wo[:] = frame.world(s.wo)
+        np.multiply(s.weight, closure.weight, out=out.weight)
+        if self.bent:
+            out.weight *= self._same_side(out.wo, s.wo[2]) | _passes(s.lobe)
+        out.lobe[:] = s.lobe
+        out.pdf[:] = s.pdf
+        _mark_dirac(out)
+
+    def _sample_among(self, u: Float32, out: Scattered) -> None:
+        """One closure per lane by its share; then weight and pdf of the sum, except for Dirac lobes."""
+        choice, u0 = choose(self.shares, u[0])
+        dirac_weight = np.zeros_like(out.weight)
+        for k, (closure, frame) in enumerate(zip(self.closures, self.frames, strict=True)):
+            index = np.flatnonzero(choice == k)
+            if len(index) == 0:
+                continue
+            params = gather(closure.params, index)
+            wi = frame.wi.take(index, axis=1)
+            s = closure.bsdf.sample(params, wi, u0.take(index), u[1].take(index), u[2].take(index))
+            wo = frame.world_at(s.wo, index)
+            share = np.maximum(_at(self.shares[k], index), np.float32(1e-20))
+            weight = s.weight * _at(closure.weight, index) / share
+            if self.bent:
+                ng = self.lanes.ng.take(index, axis=1)
+                weight = weight * (self._same_side(wo, s.wo[2], ng) | _passes(s.lobe))
+            out.wo[:, index] = wo
+            dirac_weight[:, index] = weight
+            out.lobe[index] = s.lobe
+        value, pdf = self.eval_pdf(out.wo)
+        dirac = (out.lobe & Lobe.DELTA) != 0
+        smooth = (pdf > 0) & ~dirac & (vectors.max3(dirac_weight) > 0)
+        np.divide(value, pdf, out=out.weight, where=smooth)
+        out.weight *= smooth
+        out.weight += dirac_weight * dirac
+        out.pdf[:] = pdf
+        _mark_dirac(out)
+
+
+def _passes(lobe: NDArray[np.uint8] | int) -> NDArray[np.bool_] | bool:
+    return (lobe & Lobe.TRANSPARENT) != 0
+
+
+def _mark_dirac(out: Scattered) -> None:
+    dirac = np.flatnonzero(out.lobe & Lobe.DELTA)
+    if len(dirac):
+        out.pdf[dirac] = np.inf
+
+
+def _at(value: Float32, index: NDArray[np.intp]) -> Float32:
+    return value if value.shape[-1] == 1 else value.take(index, axis=-1)
+
+
+def choose(shares: Sequence[Float32], u: Float32) -> tuple[NDArray[np.int32], Float32]:
+    """Index drawn from (N,) or (1,) shares that sum to 1, and the uniform that is left over in [0, 1)."""
+    choice = np.zeros(u.shape, np.int32)
+    before = np.zeros_like(u)
+    upto = np.zeros_like(u)
+    width = np.zeros_like(u) + shares[0]
+    for k, share in enumerate(shares[:-1]):
+        upto = upto + share
+        beyond = u >= upto
+        choice += beyond
+        before += beyond * (upto - before)
+        width += beyond * (shares[k + 1] - width)
+    left = (u - before) / np.maximum(width, np.float32(1e-20))
+    return choice, np.minimum(np.maximum(left, 0), np.float32(1 - 2**-24))
+
+
+class ShadedBSDF:
+    """The BSDFs of a wavefront sorted by batch: `slices` of lanes, each with its closures."""
+
+    def __init__(self, size: int, slices: Sequence[tuple[slice, SliceBSDF]], smooth_count: int) -> None:
+        self.size, self.slices = size, slices
+        self.smooth_count = smooth_count  # lanes [0, smooth_count) have more than Dirac lobes
+
+    def eval_pdf(self, wo: Float32) -> tuple[Float32, Float32]:
+        """f·|cosθo| (3, M) and pdf (M,) toward `wo` (3, M), for the first M = `smooth_count` lanes."""
+        if len(self.slices) == 1:
+            return self.slices[0][1].eval_pdf(wo)
+        value = np.zeros(wo.shape, np.float32)
+        pdf = np.zeros(wo.shape[1], np.float32)
+        for span, bsdf in self.slices:
+            if span.stop <= self.smooth_count:
+                value[:, span], pdf[span] = bsdf.eval_pdf(np.ascontiguousarray(wo[:, span]))
+        return value, pdf
+
+    def sample(self, u: Float32) -> Scattered:
+        """One continuation per lane from uniforms `u` (3, N)."""
+        n = self.size
+        wo, weight = np.empty((3, n), np.float32), np.empty((3, n), np.float32)
+        out = Scattered(wo, weight, np.empty(n, np.float32), np.zeros(n, np.uint8))
+        for span, bsdf in self.slices:
+            part = Scattered(wo[:, span], weight[:, span], out.pdf[span], out.lobe[span])
+            bsdf.sample(u[:, span], part)
+        return out

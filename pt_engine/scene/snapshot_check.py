@@ -1,0 +1,201 @@
+"""Whether a snapshot is what its types say: for snapshots that come from outside.
+
+Types come from the annotations of the dataclasses; shapes, index ranges and links are checked here by
+hand, since an index past its array would be a wild read inside Embree.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import types
+import typing
+from typing import Any
+
+import numpy as np
+
+from . import snapshot as data
+
+
+class SnapshotError(ValueError):
+    """A snapshot file that can't be read, and why."""
+
+
+def check(snapshot: Any) -> None:
+    """Raise `SnapshotError` unless `snapshot` is a well-formed `Snapshot`."""
+    if not isinstance(snapshot, data.Snapshot):
+        raise SnapshotError("malformed: the whole is no Snapshot")
+    check_types(snapshot, "snapshot")
+    for mesh in snapshot.meshes:
+        check_mesh(mesh)
+    check_instances(snapshot)
+    graphs = [*snapshot.materials, snapshot.world, *(light.graph for light in snapshot.lights)]
+    for graph in graphs:
+        if graph is not None:
+            check_graph(graph, len(snapshot.images))
+    for image in snapshot.images:
+        check_image(image)
+    for place in (*snapshot.lights, snapshot.camera):
+        shape(place.matrix, (4, 4), "matrix")
+    require(len(snapshot.materials) > 0, "there is no material 0")
+
+
+def require(condition: object, problem: str) -> None:
+    """Raise with `problem` unless the condition holds."""
+    if not condition:
+        raise SnapshotError(f"malformed: {problem}")
+
+
+def shape(array: Any, expected: tuple[int | None, ...], what: str) -> None:
+    """Check an array's shape; None stands for any length."""
+    fits = array.ndim == len(expected) and all(
+        wanted is None or size == wanted for size, wanted in zip(array.shape, expected, strict=True)
+    )
+    require(fits, f"{what} has shape {array.shape}")
+
+
+def within(array: Any, count: int, what: str) -> None:
+    """Check that indices are in [0, count)."""
+    require(array.size == 0 or (array.min() >= 0 and array.max() < count), f"{what} points past its array")
+
+
+def check_types(value: Any, where: str) -> None:
+    """Check every field of a dataclass against its annotation."""
+    hints = typing.get_type_hints(type(value), vars(data) | {"np": np})
+    for field in dataclasses.fields(value):
+        check_value(getattr(value, field.name), hints[field.name], f"{where}.{field.name}")
+
+
+def check_value(value: Any, hint: Any, where: str) -> None:
+    """Check one value against a type hint, as deep as it goes."""
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (typing.Union, types.UnionType):
+        return check_union(value, arguments, where)
+    if origin is np.ndarray:
+        wanted = typing.get_args(arguments[1])[0]
+        require(
+            isinstance(value, np.ndarray) and value.dtype == wanted, f"{where} is no {wanted.__name__} array"
+        )
+    elif origin is tuple:
+        check_tuple(value, arguments, where)
+    elif origin is dict:
+        require(isinstance(value, dict), f"{where} is no dict")
+        for key, item in value.items():
+            check_value(item, arguments[1], f"{where}[{key!r}]")
+    elif dataclasses.is_dataclass(hint):
+        require(type(value) is hint, f"{where} is a {type(value).__name__}")
+        check_types(value, where)
+    elif hint is data.Link:
+        require(type(value) is data.Link, f"{where} is no link")
+        check_value(value.node, int, where)
+        check_value(value.socket, str, where)
+    elif hint is object:
+        check_plain(value, where)
+    elif hint is float:
+        require(type(value) in (float, int), f"{where} is no number")
+    else:
+        require(type(value) is (hint or type(None)), f"{where} is a {type(value).__name__}")
+    return None
+
+
+def check_union(value: Any, options: tuple[Any, ...], where: str) -> None:
+    """Check that one of the options fits."""
+    for option in options:
+        try:
+            return check_value(value, option, where)
+        except SnapshotError:
+            continue
+    raise SnapshotError(f"malformed: {where} is a {type(value).__name__}")
+
+
+def check_tuple(value: Any, arguments: tuple[Any, ...], where: str) -> None:
+    """Check a tuple of a fixed or any length."""
+    require(type(value) is tuple, f"{where} is no tuple")
+    if arguments[-1] is Ellipsis:
+        arguments = arguments[:1] * len(value)
+    require(len(value) == len(arguments), f"{where} has {len(value)} items")
+    for number, (item, hint) in enumerate(zip(value, arguments, strict=True)):
+        check_value(item, hint, f"{where}[{number}]")
+
+
+def check_plain(value: Any, where: str) -> None:
+    """Check a node's setting: numbers, strings and nested tuples."""
+    if type(value) is tuple:
+        for item in value:
+            check_plain(item, where)
+    else:
+        require(
+            value is None or type(value) in (str, bool, int, float), f"{where} is a {type(value).__name__}"
+        )
+
+
+def check_mesh(mesh: data.MeshData) -> None:
+    """Shapes and index ranges of a mesh."""
+    count = len(mesh.triangles)
+    shape(mesh.vertices, (None, 3), "vertices")
+    shape(mesh.triangles, (None, 3), "triangles")
+    within(mesh.triangles, len(mesh.vertices), "triangles")
+    shape(mesh.material_slot, (count,), "material_slot")
+    require(count == 0 or mesh.material_slot.min() >= 0, "material_slot is negative")
+    shape(mesh.texture_space, (2, 3), "texture_space")
+    require((mesh.normals is None) == (mesh.normal_index is None), "normals without normal_index")
+    if mesh.normals is not None and mesh.normal_index is not None:
+        shape(mesh.normals, (None, 3), "normals")
+        shape(mesh.normal_index, (count, 3), "normal_index")
+        within(mesh.normal_index, len(mesh.normals), "normal_index")
+    if mesh.orco is not None:
+        shape(mesh.orco, (len(mesh.vertices), 3), "orco")
+    check_layers(mesh)
+
+
+def check_layers(mesh: data.MeshData) -> None:
+    """UV maps and colours: every layer long enough for the index that reads it."""
+    corners = mesh.corner_index
+    if corners is not None:
+        shape(corners, (len(mesh.triangles), 3), "corner_index")
+        within(corners, 1 << 31, "corner_index")
+    longest = -1 if corners is None or not corners.size else int(corners.max())
+    for name, layer in mesh.uvs.items():
+        shape(layer, (None, 2), f"uv map {name}")
+        require(corners is not None and longest < len(layer), f"uv map {name} is too short")
+    for name, layer in mesh.colors.items():
+        shape(layer, (None, 4), f"color {name}")
+        by_corner = corners is not None and longest < len(layer)
+        require(by_corner or len(layer) == len(mesh.vertices), f"color {name} is too short")
+
+
+def check_instances(snapshot: data.Snapshot) -> None:
+    """Rows of equal number that point at what there is."""
+    rows = snapshot.instances
+    count = len(rows.mesh)
+    shape(rows.mesh, (count,), "instances.mesh")
+    within(rows.mesh, len(snapshot.meshes), "instances.mesh")
+    shape(rows.matrix, (count, 4, 4), "instances.matrix")
+    shape(rows.materials, (count, None), "instances.materials")
+    require(count == 0 or rows.materials.shape[1] > 0, "instances have no material")
+    within(rows.materials, len(snapshot.materials), "instances.materials")
+    shape(rows.color, (count, 4), "instances.color")
+    for name in ("random", "pass_index", "visibility"):
+        shape(getattr(rows, name), (count,), f"instances.{name}")
+    require(len(rows.names) == count, "instances.names has another length")
+
+
+def check_graph(graph: data.Graph, images: int) -> None:
+    """Links that lead back to earlier nodes, images that exist."""
+    for number, node in enumerate(graph.nodes):
+        for link in node.inputs.values():
+            if isinstance(link, data.Link):
+                require(0 <= link.node < number, f"{graph.name}: a link does not lead to an earlier node")
+        image = node.props.get("image")
+        known = image is None or (type(image) is int and 0 <= image < images)
+        require(known, f"{graph.name}: image {image!r} is missing")
+    for link in graph.outputs.values():
+        require(0 <= link.node < len(graph.nodes), f"{graph.name}: an output has no node")
+
+
+def check_image(image: data.ImageData) -> None:
+    """Pixels or a file, not both."""
+    require(image.pixels is None or image.encoded is None, f"image {image.name} has pixels and a file")
+    if image.pixels is not None:
+        shape(image.pixels, (None, None, 4), f"image {image.name}")
+    if image.encoded is not None:
+        shape(image.encoded, (None,), f"image {image.name}")

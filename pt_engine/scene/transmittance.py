@@ -1,0 +1,69 @@
+"""Shadow rays through transparent surfaces: what is left of the light after each of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core import vectors
+from ..core.raykind import RayKind
+from .accel import MISS
+from .lanes import Lanes, Surface
+
+if TYPE_CHECKING:
+    from .scene import Scene
+
+Float32 = NDArray[np.float32]
+
+
+def transmittance(scene: Scene, o: Float32, d: Float32, tfar: Float32, limit: int) -> Float32:
+    """(3, N) product of the transparencies met in (0, `tfar`); 0 behind anything opaque.
+
+    Parameters
+    ----------
+    o, d : (3, N) float32
+    tfar : (N,) float32
+        < 0 skips a ray (its result is 0).
+    limit : int
+        A ray that would have to pass more surfaces than this is blocked.
+    """
+    from .scene import Rays
+
+    result = np.zeros(o.shape, np.float32)
+    lanes = np.flatnonzero(tfar > 0)
+    light = np.ones((3, len(lanes)), np.float32)
+    rays = Rays(o.take(lanes, axis=1), d.take(lanes, axis=1), tfar.take(lanes))
+    for _ in range(limit + 1):
+        left = rays.tfar.copy()  # Embree overwrites tfar with the hit's distance
+        si = scene.intersect(rays)
+        clear = np.flatnonzero(si.prim == MISS)
+        result[:, lanes.take(clear)] = light.take(clear, axis=1)
+        light *= _transparency(scene, si)
+        on = np.flatnonzero((si.prim != MISS) & (vectors.max3(light) > 0))
+        if len(on) == 0:
+            break
+        lanes, light, si = lanes.take(on), light.take(on, axis=1), si.take(on)
+        start = si.p - si.ng * si.bound  # on the far side: d runs against ng
+        rays = Rays(start, rays.d.take(on, axis=1), left.take(on) - si.t)
+    return result
+
+
+def _transparency(scene: Scene, si: Surface) -> Float32:
+    """(3, N) what each hit surface lets through."""
+    through = np.zeros((3, si.size), np.float32)
+    group = scene.batch(si)
+    for number in np.flatnonzero(scene.passes):
+        index = np.flatnonzero(group == number)
+        if len(index) == 0:
+            continue
+        kind = np.full(len(index), RayKind.SHADOW, np.int32)
+        zero = np.zeros(len(index), np.int32)
+        batch, smooth = scene.groups[number]
+        value = scene.materials.batches[batch].transparency(
+            Lanes(scene, si.take(index), kind, zero, zero, smooth)
+        )
+        if value is not None:
+            through[:, index] = value
+    return through
