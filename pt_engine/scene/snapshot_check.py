@@ -20,8 +20,8 @@ class SnapshotError(ValueError):
     """A snapshot file that can't be read, and why."""
 
 
-def check(snapshot: Any) -> None:
-    """Raise `SnapshotError` unless `snapshot` is a well-formed `Snapshot`."""
+def check(snapshot: object) -> data.Snapshot:
+    """`snapshot` itself, where it is a well-formed `Snapshot`; else raise `SnapshotError`."""
     if not isinstance(snapshot, data.Snapshot):
         raise SnapshotError("malformed: the whole is no Snapshot")
     check_types(snapshot, "snapshot")
@@ -34,9 +34,11 @@ def check(snapshot: Any) -> None:
             check_graph(graph, len(snapshot.images))
     for image in snapshot.images:
         check_image(image)
-    for place in (*snapshot.lights, snapshot.camera):
-        shape(place.matrix, (4, 4), "matrix")
+    for light in snapshot.lights:
+        shape(light.matrix, (4, 4), "a lamp's matrix")
+    shape(snapshot.camera.matrix, (4, 4), "the camera's matrix")
     require(len(snapshot.materials) > 0, "there is no material 0")
+    return snapshot
 
 
 def require(condition: object, problem: str) -> None:
@@ -135,7 +137,7 @@ def check_mesh(mesh: data.MeshData) -> None:
     shape(mesh.triangles, (None, 3), "triangles")
     within(mesh.triangles, len(mesh.vertices), "triangles")
     shape(mesh.material_slot, (count,), "material_slot")
-    require(count == 0 or mesh.material_slot.min() >= 0, "material_slot is negative")
+    require(count == 0 or int(np.min(mesh.material_slot)) >= 0, "material_slot is negative")
     shape(mesh.texture_space, (2, 3), "texture_space")
     require((mesh.normals is None) == (mesh.normal_index is None), "normals without normal_index")
     if mesh.normals is not None and mesh.normal_index is not None:
@@ -153,7 +155,7 @@ def check_layers(mesh: data.MeshData) -> None:
     if corners is not None:
         shape(corners, (len(mesh.triangles), 3), "corner_index")
         within(corners, 1 << 31, "corner_index")
-    longest = -1 if corners is None or not corners.size else int(corners.max())
+    longest = -1 if corners is None or not corners.size else int(np.max(corners))
     for name, layer in mesh.uvs.items():
         shape(layer, (None, 2), f"uv map {name}")
         require(corners is not None and longest < len(layer), f"uv map {name} is too short")

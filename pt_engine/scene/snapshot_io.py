@@ -86,14 +86,11 @@ def load_snapshot(file: str | Path | BinaryIO) -> data.Snapshot:
     """
     try:
         with zipfile.ZipFile(file) as archive:
-            result = decode(read_header(archive), Members(archive))
-        check(result)
+            return check(decode(read_header(archive), Members(archive)))
     except SnapshotError:
         raise
     except MALFORMED as error:
         raise SnapshotError(f"not a readable snapshot: {type(error).__name__}: {error}") from error
-    assert isinstance(result, data.Snapshot)  # noqa: S101 - `check` has seen to it; this is for the type checker
-    return result
 
 
 def member(name: str) -> zipfile.ZipInfo:
@@ -143,6 +140,8 @@ def read_header(archive: zipfile.ZipFile) -> Any:
         raise SnapshotError("not a snapshot: it has no header, or members of the same name")
     if any(info.compress_type != zipfile.ZIP_STORED for info in archive.infolist()):
         raise SnapshotError("not a snapshot: its members are compressed")
+    if sum(info.file_size for info in archive.infolist()) > archive.start_dir:
+        raise SnapshotError("not a snapshot: its members overlap")
     header = json.loads(archive.read(HEADER).decode("utf-8"))
     if not isinstance(header, dict) or header.get("format") != FORMAT:
         raise SnapshotError("not a snapshot of pt_engine")

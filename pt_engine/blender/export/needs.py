@@ -44,7 +44,7 @@ def node_needs(node: Node, outputs: set[str]) -> Needs:
     """What one node looks at, of whose outputs `outputs` are used."""
     props = node.props
     if node.kind == "TexCoord":
-        return Needs(uvs=frozenset({""} & uv_if("UV" in outputs)), generated="Generated" in outputs)
+        return Needs(uvs=uv_if("UV" in outputs), generated="Generated" in outputs)
     if node.kind == "UVMap":
         return Needs(uvs=frozenset({str(props["uv_map"])}))
     if node.kind == "NormalMap":

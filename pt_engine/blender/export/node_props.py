@@ -4,7 +4,7 @@ Every enum, flag, number, string and vector that a node type adds to `bpy.types.
 name. What is more than a value becomes:
 
 ``ramp``               (color mode, interpolation, ((position, r, g, b, a), ...)), and ``ramp_hue``
-``curves``             one table per channel: 257 samples over ``curve_range``, the common curve C applied first
+``curves``             a table per channel: 257 samples over ``curve_range``, the common curve C before it
 ``curve_range``        (from, to): where the tables begin and end
 ``curve_extend``       EXTRAPOLATED or HORIZONTAL
 ``image``              index into `Snapshot.images`, None where none is set

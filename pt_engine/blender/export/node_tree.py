@@ -267,9 +267,8 @@ def narrowed(flattener, feed: Feed) -> Feed:
     third = (1 / 3, 1 / 3, 1 / 3)
     zero = (0.0, 0.0, 0.0)
     inputs = {"Vector": feed.link, "Vector_001": third, "Vector_002": zero, "Scale": 1.0}
-    return Feed(
-        Link(flattener.extra("VectorMath", inputs, {"operation": "DOT_PRODUCT"}), "Value"), None, "VALUE"
-    )
+    number = flattener.extra("VectorMath", inputs, {"operation": "DOT_PRODUCT"})
+    return Feed(Link(number, "Value"), None, "VALUE")
 
 
 def converted_constant(flattener, feed: Feed, to: str) -> Feed | None:

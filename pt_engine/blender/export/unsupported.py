@@ -30,12 +30,8 @@ def may_move(scene) -> bool:
     if len(bpy.data.actions) or scene.rigidbody_world is not None:
         return True
     for owner in scene.objects:
-        animated = [
-            item.animation_data
-            for item in (owner, owner.data)
-            if item is not None and hasattr(item, "animation_data")
-        ]
-        if any(data is not None and len(data.drivers) for data in animated):
+        animations = [getattr(item, "animation_data", None) for item in (owner, owner.data)]
+        if any(animation is not None and len(animation.drivers) for animation in animations):
             return True
         if any(modifier.type in MOVING_MODIFIERS for modifier in owner.modifiers):
             return True
