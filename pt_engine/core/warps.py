@@ -58,7 +58,7 @@ def _concentric(u: Float32, v: Float32) -> tuple[Float32, Float32, Float32, Floa
 def square_to_cosine_hemisphere(u: Float32, v: Float32) -> Float32:
     """Malley's method: the disk, lifted. z is never 0, so that value / pdf stays finite."""
     radius, along, across, mask = _concentric(u, v)
-    # (1 − r)(1 + r) keeps the digits near the horizon; above 0 it is at least 2⁻¹¹ squared.
+    # (1 − r)(1 + r) keeps the digits near the horizon, where the least z above 0 is 2⁻¹¹.
     z = np.maximum(np.sqrt((1.0 - radius) * (1.0 + radius)), 2.0**-12)
     return np.stack([mask * along + (1.0 - mask) * across, mask * across + (1.0 - mask) * along, z])
 
