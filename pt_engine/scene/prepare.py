@@ -55,6 +55,7 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
     layers = shading_layers(snapshot, geometry, materials)
     scene = Scene(geometry, accel, snapshot.instances, layers, materials, world, lights, film_transparent)
     scene.emissive_prim = prim
+    scene.material_names = tuple(graph.name for graph in snapshot.materials)
     scene.camera = make_camera(snapshot.camera, geometry.origin)
     scene.coverage = coverage(snapshot, scene, [entry for _, log in lamp_programs for entry in log])
     scene.features = features(snapshot, scene, film_transparent)

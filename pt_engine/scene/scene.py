@@ -85,6 +85,7 @@ class Scene:
     coverage: list[Coverage]
     build_seconds: float
     emissive_prim: Int32
+    material_names: tuple[str, ...]
 
     def __init__(
         self,
