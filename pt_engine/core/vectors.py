@@ -65,7 +65,8 @@ def faceforward(n: Float32, w: Float32) -> Float32:
 def mean3(a: Float32) -> Float32:
     """Mean of the three components of (3, N), or the row itself of (1, N): (N,)."""
     if len(a) == 1:
-        return a[0]
+        row: Float32 = a[0]
+        return row
     mean: Float32 = (a[0] + a[1] + a[2]) * np.float32(1 / 3)
     return mean
 
