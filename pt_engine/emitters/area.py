@@ -22,13 +22,16 @@ from collections.abc import Sequence
 from typing import ClassVar, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.vectors import dot
-from .base import TINY, Draw, Float32, Float64, Hits, Index, Lamp, at, columns, one, scalars, unit
+from .base import NO_HITS, Draw, Float32, Float64, Hits, Index, Lamp, at, columns, scalars, unit
 
 TWO_PI = float(2.0 * np.pi)
 SMALL_SOLID_ANGLE = 0.01  # sr; below it rectangles are sampled by area
 PARALLEL = 1e-4  # rad; a smaller half spread is a parallel beam
+SMALLEST = 1e-15  # sr; densities stay below its reciprocal
+LOWEST = 1e-12  # m; height of a lit point in the lamp's plane
 
 
 def has_extent(lamp: Lamp) -> bool:
@@ -76,12 +79,21 @@ def strength_per_area(lamp: Lamp) -> Float64:
     return lamp.strength / (area(lamp) if lamp.data.normalize else 1.0)
 
 
+class Axes(NamedTuple):
+    """Centre and unit axes of lamps, z where they shine; (3, n), or (3, 1) to broadcast."""
+
+    centre: Float32
+    x: Float32
+    y: Float32
+    z: Float32
+
+
 class Seen(NamedTuple):
-    """A lamp from the lit point, in the lamp's axes: centre x, y, height, half-lengths; each (n,) or (1,)."""
+    """Lamps from the lit point, in their axes: centre, height of the point, half-lengths; (n,) or (1,)."""
 
     x: Float32
     y: Float32
-    height: Float32
+    height: Float32  # ≤ 0 behind the lamp
     half_x: Float32
     half_y: Float32
 
@@ -97,9 +109,9 @@ class _Areas:
         for lamp, z in zip(lamps, axis_z, strict=True):
             x = lamp.linear[:, 0]
             axis_x.append(unit(x - (x * z).sum() * z, fallback=(1.0, 0.0, 0.0)))
-        self._centre = columns([lamp.centre for lamp in lamps])
-        self._axis_x, self._axis_z = columns(axis_x), columns(axis_z)
-        self._axis_y = columns([np.cross(z, x) for z, x in zip(axis_z, axis_x, strict=True)])
+        axis_y = [np.cross(z, x) for z, x in zip(axis_z, axis_x, strict=True)]
+        centre = [lamp.centre for lamp in lamps]
+        self._axes = Axes(columns(centre), columns(axis_x), columns(axis_y), columns(axis_z))
         size = np.array([lengths(lamp) for lamp in lamps])
         self._half_x, self._half_y = scalars(0.5 * size[:, 0]), scalars(0.5 * size[:, 1])
         radiance = [strength_per_area(lamp) / np.pi for lamp in lamps]
@@ -107,51 +119,66 @@ class _Areas:
         self._weight = columns([r / c for r, c in zip(radiance, chance, strict=True)])
         self._chance = scalars(chance)
         self._tan: Float32 | None = None
+        self._narrow = self._chance
         if has_spread(lamps[0]):
             alpha = np.array([max(half_spread(lamp), PARALLEL) for lamp in lamps])
             tan = np.tan(alpha)
             self._tan = scalars(tan)
-            with np.errstate(divide="ignore"):
-                self._narrow = scalars(np.where(alpha > 0.05, 1.0 / (tan - alpha), 3.0 / alpha**3))
+            wide = alpha > 0.05
+            self._narrow = scalars(1.0 / (wide * (tan - alpha) + ~wide * alpha**3 / 3.0))
 
-    def _seen(self, row: Index | None, p: Float32) -> Seen:
-        """The lamp from `p`; height ≤ 0 behind it."""
-        to_centre = at(self._centre, row) - p
-        x, y = dot(to_centre, at(self._axis_x, row)), dot(to_centre, at(self._axis_y, row))
-        height = -dot(to_centre, at(self._axis_z, row))
-        return Seen(x, y, height, at(self._half_x, row), at(self._half_y, row))
+    def _lamps(self, row: Index | None) -> tuple[Axes, Float32, Float32]:
+        """Axes and half-lengths of each lane's lamp."""
+        return Axes(*(at(table, row) for table in self._axes)), at(self._half_x, row), at(self._half_y, row)
 
-    def _world(self, row: Index | None, x: Float32, y: Float32, height: Float32) -> Float32:
-        """From the lamp's axes to the world."""
-        world = x * at(self._axis_x, row)
-        world += y * at(self._axis_y, row)
-        world -= height * at(self._axis_z, row)
-        return world
+    def _dim(self, row: Index | None, tan: Float32, x: Float32, y: Float32, height: Float32) -> Float32:
+        """How the spread changes the radiance toward (x, y) of the lamp's plane."""
+        dim: Float32 = (tan - np.sqrt(x * x + y * y) / height) * at(self._narrow, row)
+        return np.maximum(dim, 0.0)
 
-    def _spread(self, row: Index | None, tan: Float32) -> Float32:
-        """How the spread changes the radiance at tan θ `tan`."""
-        if self._tan is None:
-            raise ValueError("these lamps have no spread")
-        return np.maximum((at(self._tan, row) - tan) * at(self._narrow, row), 0.0)
+    def _cross(self, row: int, o: Float32, d: Float32, t: Float32) -> Crossing:
+        """Lanes that pass the lamp's plane from its bright side before `t`."""
+        axes, half_x, half_y = self._lamps(np.array([row]))
+        facing = -dot(d, axes.z)
+        height = dot(o, axes.z) - dot(axes.centre, axes.z)
+        front = np.flatnonzero((height > 0.0) & (height < t * facing))
+        to_centre, d = axes.centre - o.take(front, axis=1), d.take(front, axis=1)
+        height = -dot(to_centre, axes.z)
+        s: Float32 = height / facing.take(front)
+        seen = Seen(dot(to_centre, axes.x), dot(to_centre, axes.y), height, half_x, half_y)
+        return Crossing(front, seen, s * dot(d, axes.x), s * dot(d, axes.y), s)
 
-    def _cross(
-        self, row: int, o: Float32, d: Float32, t: Float32
-    ) -> tuple[Index, Seen, Float32, Float32, Float32]:
-        """Lanes that pass the lamp's plane from its bright side before `t`: what they see, x, y, and s."""
-        facing = -dot(d, one(self._axis_z, row))
-        seen = self._seen_by(row, o)
-        front = np.flatnonzero((seen.height > 0.0) & (facing > 0.0) & (seen.height < t * facing))
-        seen = Seen(*(a.take(front) for a in seen[:3]), seen.half_x, seen.half_y)
-        d = d.take(front, axis=1)
-        s = seen.height / np.maximum(facing.take(front), 1e-20)
-        return front, seen, s * dot(d, one(self._axis_x, row)), s * dot(d, one(self._axis_y, row)), s
 
-    def _seen_by(self, row: int, o: Float32) -> Seen:
-        """`_seen` of one lamp for all lanes."""
-        to_centre = one(self._centre, row) - o
-        x, y = dot(to_centre, one(self._axis_x, row)), dot(to_centre, one(self._axis_y, row))
-        height = -dot(to_centre, one(self._axis_z, row))
-        return Seen(x, y, height, one(self._half_x, row), one(self._half_y, row))
+class Crossing(NamedTuple):
+    """Where rays cross a lamp's plane: lanes, the lamp as their origins see it, the place, the distance."""
+
+    lanes: Index
+    seen: Seen
+    x: Float32
+    y: Float32
+    s: Float32
+
+    def among(self, inside: NDArray[np.bool_]) -> Crossing:
+        """Those that are `inside`."""
+        keep = np.flatnonzero(inside)
+        x, y, height, half_x, half_y = self.seen
+        seen = Seen(x.take(keep), y.take(keep), height.take(keep), half_x, half_y)
+        return Crossing(self.lanes.take(keep), seen, self.x.take(keep), self.y.take(keep), self.s.take(keep))
+
+
+def see(axes: Axes, half_x: Float32, half_y: Float32, p: Float32) -> Seen:
+    """Lamps from the points p."""
+    to_centre = axes.centre - p
+    return Seen(dot(to_centre, axes.x), dot(to_centre, axes.y), -dot(to_centre, axes.z), half_x, half_y)
+
+
+def toward(axes: Axes, x: Float32, y: Float32, height: Float32, distance: Float32) -> Float32:
+    """(3, n) unit world directions to (x, y) of the lamps' planes."""
+    wo = x * axes.x
+    wo += y * axes.y
+    wo -= height * axes.z
+    wo /= distance
+    return wo
 
 
 class Beams(_Areas):
@@ -161,184 +188,197 @@ class Beams(_Areas):
 
     def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
         """The one direction there is, where the foot of the lit point is within the shape."""
-        seen = self._seen(row, p)
-        lit = (np.abs(seen.x) <= seen.half_x) & (np.abs(seen.y) <= seen.half_y) & (seen.height > 0.0)
+        axes, half_x, half_y = self._lamps(row)
+        seen = see(axes, half_x, half_y, p)
+        lit = self._within(seen.x / half_x, seen.y / half_y) & (seen.height > 0.0)
         wo, pdf = np.empty_like(p), np.empty_like(u)
-        wo[:], pdf[:] = -at(self._axis_z, row), at(self._chance, row)
-        weight = float(np.pi) * at(self._weight, row) * lit.astype(np.float32)
+        wo[:], pdf[:] = -axes.z, at(self._chance, row)
+        weight: Float32 = float(np.pi) * at(self._weight, row) * lit.astype(np.float32)
         return Draw(wo, np.maximum(seen.height, 0.0), weight, pdf)
+
+    def _within(self, x: Float32, y: Float32) -> NDArray[np.bool_]:
+        """Whether a point is in the shape, in half-lengths."""
+        return (np.abs(x) <= 1.0) & (np.abs(y) <= 1.0)
 
     def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
         """No ray has just that direction."""
-        return Hits(np.empty(0, np.intp), np.empty((3, 0), np.float32), np.empty(0, np.float32))
+        return NO_HITS
 
 
 class RoundBeams(Beams):
     """The same from an ellipse."""
 
-    def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
-        """As a rectangle's, cut to the ellipse."""
-        seen, sample = self._seen(row, p), super().sample(row, p, u, v)
-        x, y = seen.x / seen.half_x, seen.y / seen.half_y
-        return sample._replace(weight=sample.weight * (x * x + y * y <= 1.0))
+    def _within(self, x: Float32, y: Float32) -> NDArray[np.bool_]:
+        return np.asarray(x * x + y * y <= 1.0)
 
 
 class Rectangle(NamedTuple):
-    """A rectangle x0..x1 × y0..y1 at height `height` over the lit point; each (n,)."""
+    """A rectangle x0..x1 × y0..y1 at height `height` over the lit point, and that squared; each (n,)."""
 
     x0: Float32
     x1: Float32
     y0: Float32
     y1: Float32
     height: Float32
+    height_squared: Float32
+
+    @property
+    def area(self) -> Float32:
+        """(n,) m²."""
+        return (self.x1 - self.x0) * (self.y1 - self.y0)
 
 
-def solid_angle(r: Rectangle) -> Float32:
-    """(n,) sr: four corners of atan(xy / h√(x² + y² + h²)), each with its sign."""
-    h2 = r.height * r.height
-    xx0, xx1, yy0, yy1 = r.x0 * r.x0 + h2, r.x1 * r.x1 + h2, r.y0 * r.y0, r.y1 * r.y1
-    total = np.arctan2(r.x1 * r.y1, r.height * np.sqrt(xx1 + yy1))
-    total -= np.arctan2(r.x0 * r.y1, r.height * np.sqrt(xx0 + yy1))
-    total -= np.arctan2(r.x1 * r.y0, r.height * np.sqrt(xx1 + yy0))
-    total += np.arctan2(r.x0 * r.y0, r.height * np.sqrt(xx0 + yy0))
-    return total
+def solid_angle(r: Rectangle) -> tuple[Float32, Float32]:
+    """(n,) sr: four corners of atan(xy / h√(x² + y² + h²)), each with its sign; and what those at x0 add.
 
-
-def square_to_spherical_rectangle(
-    r: Rectangle, omega: Float32, u: Float32, v: Float32
-) -> tuple[Float32, Float32]:
-    """x, y (n,) on the rectangle, uniform in the solid angle `omega` (Ureña et al. 2013, algorithm 2).
-
-    With γ₂ + γ₃ written as −asin sums, which for a small rectangle keeps the digits that acos would lose.
+    The latter is the angle −γ₂ − γ₃ + π of Ureña et al., without their cancellation.
     """
-    h2 = r.height * r.height
-    b0 = -r.y0 / np.sqrt(r.y0 * r.y0 + h2)
-    b1 = r.y1 / np.sqrt(r.y1 * r.y1 + h2)
-    turned = np.arctan2(r.x0 * r.y1, r.height * np.sqrt(r.x0 * r.x0 + r.y1 * r.y1 + h2))
-    turned -= np.arctan2(r.x0 * r.y0, r.height * np.sqrt(r.x0 * r.x0 + r.y0 * r.y0 + h2))
-    au = u * omega + turned
-    sin = np.sin(au)
-    sin += (np.abs(sin) < 1e-12).astype(np.float32) * 1e-12
-    fu = (np.cos(au) * b0 + b1) / sin
-    cu = np.copysign(1.0 / np.sqrt(fu * fu + b0 * b0), fu)
-    cu = np.clip(cu, -1.0, 1.0)
-    x = cu * r.height / np.sqrt(np.maximum(1.0 - cu * cu, 1e-14))
-    x = np.clip(x, r.x0, r.x1)
-    d2 = x * x + h2
+    xx0, xx1 = r.x0 * r.x0 + r.height_squared, r.x1 * r.x1 + r.height_squared
+    yy0, yy1 = r.y0 * r.y0, r.y1 * r.y1
+    left: Float32 = np.arctan2(r.x0 * r.y1, r.height * np.sqrt(xx0 + yy1))
+    left -= np.arctan2(r.x0 * r.y0, r.height * np.sqrt(xx0 + yy0))
+    omega: Float32 = np.arctan2(r.x1 * r.y1, r.height * np.sqrt(xx1 + yy1))
+    omega -= np.arctan2(r.x1 * r.y0, r.height * np.sqrt(xx1 + yy0))
+    omega -= left
+    return omega, left
+
+
+def square_to_spherical_rectangle(r: Rectangle, u: Float32, v: Float32) -> tuple[Float32, Float32, Float32]:
+    """x, y (n,) on the rectangle, uniform in its solid angle, which comes along (Ureña et al. 2013).
+
+    With a = u·Ω + left, rᵢ = 1 / √(yᵢ² + h²), their c_u = sin a / √(…) written without dividing by sin a:
+
+        x = h·sin a / √((y1·r1 − y0·r0·cos a)² − (h·r0·sin a)²)
+    """
+    omega, angle = solid_angle(r)
+    angle += u * omega
+    sin = np.sin(angle)
+    r0 = 1.0 / np.sqrt(r.y0 * r.y0 + r.height_squared)
+    part = r.y1 / np.sqrt(r.y1 * r.y1 + r.height_squared)
+    part -= r.y0 * r0 * np.cos(angle)
+    sin *= r.height
+    r0 *= sin
+    part *= part
+    part -= r0 * r0
+    x: Float32 = sin / np.sqrt(np.maximum(part, 1e-30))
+    x = np.minimum(np.maximum(x, r.x0), r.x1)
+    d2 = x * x
+    d2 += r.height_squared
     h0 = r.y0 / np.sqrt(d2 + r.y0 * r.y0)
-    hv = h0 + v * (r.y1 / np.sqrt(d2 + r.y1 * r.y1) - h0)
-    y = hv * np.sqrt(d2 / np.maximum(1.0 - hv * hv, 1e-12))
-    return x, np.clip(y, r.y0, r.y1)
+    hv = r.y1 / np.sqrt(d2 + r.y1 * r.y1)
+    hv -= h0
+    hv *= v
+    hv += h0
+    y: Float32 = hv * np.sqrt(d2 / np.maximum(1.0 - hv * hv, 1e-12))
+    return x, np.minimum(np.maximum(y, r.y0), r.y1), omega
 
 
 class Rectangles(_Areas):
     """Squares and rectangles."""
 
-    def _visible(self, row: Index | None, seen: Seen) -> tuple[Rectangle, Float32]:
-        """The part that shines on the lit point, and 1 where there is any, else 0 and something finite."""
+    def _bright_part(self, tan: Float32 | None, seen: Seen) -> tuple[Rectangle, NDArray[np.bool_]]:
+        """The part that shines on the lit point, and whether there is any; if not, something finite."""
         x0, x1 = seen.x - seen.half_x, seen.x + seen.half_x
         y0, y1 = seen.y - seen.half_y, seen.y + seen.half_y
         lit = seen.height > 0.0
-        height = np.maximum(seen.height, 1e-12)
-        if self._tan is not None:
-            reach = height * at(self._tan, row)
+        height = np.maximum(seen.height, LOWEST)
+        if tan is not None:
+            reach = height * tan
             x0, x1 = np.maximum(x0, -reach), np.minimum(x1, reach)
             y0, y1 = np.maximum(y0, -reach), np.minimum(y1, reach)
             lit &= (x1 > x0) & (y1 > y0)
             x1, y1 = np.maximum(x0, x1), np.maximum(y0, y1)
-        return Rectangle(x0, x1, y0, y1, height), lit.astype(np.float32)
+        return Rectangle(x0, x1, y0, y1, height, height * height), lit
 
     def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
         """Uniform in solid angle, or in area where that is small."""
-        r, lit = self._visible(row, self._seen(row, p))
-        omega = solid_angle(r)
-        x, y = square_to_spherical_rectangle(r, omega, u, v)
+        axes, half_x, half_y = self._lamps(row)
+        tan = None if self._tan is None else at(self._tan, row)
+        r, lit = self._bright_part(tan, see(axes, half_x, half_y, p))
+        x, y, omega = square_to_spherical_rectangle(r, u, v)
         small = np.flatnonzero(omega < SMALL_SOLID_ANGLE)
         if small.size:
-            x0, x1, y0, y1, _ = (a.take(small) for a in r)
+            x0, x1, y0, y1, _, _ = s = Rectangle(*(a.take(small) for a in r))
             x[small] = x0 + u.take(small) * (x1 - x0)
             y[small] = y0 + v.take(small) * (y1 - y0)
-        h2 = r.height * r.height
-        squared = x * x + y * y + h2
+        squared = x * x
+        squared += y * y
+        squared += r.height_squared
         distance = np.sqrt(squared)
         if small.size:
-            s, d = squared.take(small), distance.take(small)
-            omega[small] = (x1 - x0) * (y1 - y0) * r.height.take(small) / (s * d)
-        wo = self._world(row, x, y, r.height)
-        wo /= distance
-        scale = omega * lit
-        if self._tan is not None:
-            scale *= self._spread(row, np.sqrt(x * x + y * y) / r.height)
-        pdf = at(self._chance, row) / np.maximum(omega, TINY) * lit
-        return Draw(wo, distance, at(self._weight, row) * scale, pdf)
+            omega[small] = s.area * s.height / (squared.take(small) * distance.take(small))
+        omega *= lit
+        pdf: Float32 = at(self._chance, row) / np.maximum(omega, SMALLEST)
+        if tan is not None:
+            omega *= self._dim(row, tan, x, y, r.height)
+        return Draw(toward(axes, x, y, r.height, distance), distance, at(self._weight, row) * omega, pdf)
 
     def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
         """Where the ray crosses the rectangle from its bright side."""
-        front, seen, x, y, s = self._cross(row, o, d, t)
-        inside = (np.abs(x - seen.x) <= seen.half_x) & (np.abs(y - seen.y) <= seen.half_y)
-        keep = np.flatnonzero(inside)
-        lanes, x, y, s = front.take(keep), x.take(keep), y.take(keep), s.take(keep)
-        seen = Seen(*(a.take(keep) for a in seen[:3]), seen.half_x, seen.half_y)
-        rows = np.full(lanes.size, row, np.intp)
-        r, lit = self._visible(rows, seen)
-        omega = solid_angle(r)
-        by_area = (r.x1 - r.x0) * (r.y1 - r.y0) * r.height / np.maximum(s * s * s, TINY)
-        omega = np.where(omega < SMALL_SOLID_ANGLE, by_area, omega)
-        radiance = one(self._radiance, row) * lit
-        if self._tan is not None:
-            radiance *= self._spread(rows, np.sqrt(x * x + y * y) / r.height)
-        return Hits(lanes, radiance, self._chance[row] / np.maximum(omega, TINY) * lit)
+        met = self._cross(row, o, d, t)
+        half_x, half_y = met.seen.half_x, met.seen.half_y
+        met = met.among((np.abs(met.x - met.seen.x) <= half_x) & (np.abs(met.y - met.seen.y) <= half_y))
+        only = np.array([row])
+        tan = None if self._tan is None else at(self._tan, only)
+        r, lit = self._bright_part(tan, met.seen)
+        omega, _ = solid_angle(r)
+        small = np.flatnonzero(omega < SMALL_SOLID_ANGLE)
+        omega[small] = (r.area * r.height / np.maximum(met.s**3, 1e-30)).take(small)
+        radiance = at(self._radiance, only) * lit
+        if tan is not None:
+            radiance *= self._dim(only, tan, met.x, met.y, r.height)
+        return Hits(met.lanes, radiance, self._chance[row] * lit / np.maximum(omega, SMALLEST))
 
 
 class Ellipses(_Areas):
     """Disks and ellipses."""
 
-    def _region(self, row: Index | None, seen: Seen) -> Seen:
+    def _region(self, tan: Float32 | None, seen: Seen) -> Seen:
         """The ellipse to sample: the lamp, or the circle that its spread lets through if that is smaller."""
-        if self._tan is None:
+        if tan is None:
             return seen
-        reach = seen.height * at(self._tan, row)
+        reach = seen.height * tan
         circle = (reach * reach < seen.half_x * seen.half_y).astype(np.float32)
         lamp = 1.0 - circle
         half_x, half_y = seen.half_x * lamp + reach * circle, seen.half_y * lamp + reach * circle
         return Seen(seen.x * lamp, seen.y * lamp, seen.height, half_x, half_y)
 
-    def _shine(self, row: Index | None, seen: Seen, x: Float32, y: Float32) -> Float32:
-        """What spread and shape leave of the radiance toward (x, y) on the lamp's plane."""
-        shine = (seen.height > 1e-12).astype(np.float32)
-        if self._tan is not None:
-            a, b = (x - seen.x) / seen.half_x, (y - seen.y) / seen.half_y
-            shine *= a * a + b * b <= 1.000001
-            shine *= self._spread(row, np.sqrt(x * x + y * y) / np.maximum(seen.height, 1e-12))
-        return shine
+    def _shine(self, row: Index | None, tan: Float32, seen: Seen, x: Float32, y: Float32) -> Float32:
+        """What spread and shape leave of the radiance toward (x, y) of the lamp's plane."""
+        a, b = (x - seen.x) / seen.half_x, (y - seen.y) / seen.half_y
+        return self._dim(row, tan, x, y, seen.height) * (a * a + b * b <= 1.000001)
 
     def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
         """Uniform in area."""
-        seen = self._seen(row, p)
-        seen = seen._replace(height=np.maximum(seen.height, 1e-12))
-        region = self._region(row, seen)
+        axes, half_x, half_y = self._lamps(row)
+        seen = see(axes, half_x, half_y, p)
+        lit = seen.height > 0.0
+        seen = seen._replace(height=np.maximum(seen.height, LOWEST))
+        tan = None if self._tan is None else at(self._tan, row)
+        region = self._region(tan, seen)
         radius, phi = np.sqrt(u), TWO_PI * v
         x = region.x + region.half_x * radius * np.cos(phi)
         y = region.y + region.half_y * radius * np.sin(phi)
         squared = x * x + y * y + seen.height * seen.height
         distance = np.sqrt(squared)
-        wo = self._world(row, x, y, seen.height)
-        wo /= distance
         surface = float(np.pi) * region.half_x * region.half_y
-        solid = surface * seen.height / (squared * distance)
-        shine = self._shine(row, seen, x, y)
-        pdf = at(self._chance, row) / np.maximum(solid, TINY) * (seen.height > 1e-12)
-        return Draw(wo, distance, at(self._weight, row) * (solid * shine), pdf)
+        omega = surface * seen.height / (squared * distance)
+        omega *= lit
+        pdf: Float32 = at(self._chance, row) / np.maximum(omega, SMALLEST)
+        if tan is not None:
+            omega *= self._shine(row, tan, seen, x, y)
+        return Draw(toward(axes, x, y, seen.height, distance), distance, at(self._weight, row) * omega, pdf)
 
     def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
         """Where the ray crosses the ellipse from its bright side."""
-        front, seen, x, y, s = self._cross(row, o, d, t)
-        a, b = (x - seen.x) / seen.half_x, (y - seen.y) / seen.half_y
-        keep = np.flatnonzero(a * a + b * b <= 1.0)
-        lanes, x, y, s = front.take(keep), x.take(keep), y.take(keep), s.take(keep)
-        seen = Seen(*(c.take(keep) for c in seen[:3]), seen.half_x, seen.half_y)
-        rows = np.full(lanes.size, row, np.intp)
-        region = self._region(rows, seen)
-        solid = float(np.pi) * region.half_x * region.half_y * seen.height / np.maximum(s * s * s, TINY)
-        radiance = one(self._radiance, row) * self._shine(rows, seen, x, y)
-        return Hits(lanes, radiance, self._chance[row] / np.maximum(solid, TINY))
+        met = self._cross(row, o, d, t)
+        a, b = (met.x - met.seen.x) / met.seen.half_x, (met.y - met.seen.y) / met.seen.half_y
+        met = met.among(a * a + b * b <= 1.0)
+        only = np.array([row])
+        tan = None if self._tan is None else at(self._tan, only)
+        region = self._region(tan, met.seen)
+        omega = float(np.pi) * region.half_x * region.half_y * region.height / np.maximum(met.s**3, 1e-30)
+        radiance = np.repeat(at(self._radiance, only), met.lanes.size, axis=1)
+        if tan is not None:
+            radiance *= self._shine(only, tan, met.seen, met.x, met.y)
+        return Hits(met.lanes, radiance, self._chance[row] / np.maximum(omega, SMALLEST))

@@ -90,6 +90,9 @@ class Hits(NamedTuple):
     pdf: Float32
 
 
+NO_HITS = Hits(NO_LANES, np.empty((3, 0), np.float32), np.empty(0, np.float32))
+
+
 class Kind(Protocol):
     """Lamps of one sort; `chance` is each one's probability of being chosen."""
 

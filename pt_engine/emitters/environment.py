@@ -15,8 +15,8 @@ from typing import Protocol
 
 import numpy as np
 
-from ..core.distributions import AliasTable
-from .base import Float32, Float64, Index
+from ..core.distributions import Distribution2D
+from .base import Float32, Float64
 
 TWO_PI = float(2.0 * np.pi)
 UNIFORM = float(1.0 / (4.0 * np.pi))
@@ -94,53 +94,42 @@ class EnvironmentMap:
     def __init__(self, image: Float32, radiance: Radiance) -> None:
         bright = np.nan_to_num(np.asarray(image, np.float64), nan=0.0, posinf=0.0, neginf=0.0)
         bright = bilinear_means(np.maximum(bright, 0.0))
-        self._height, self._width = bright.shape
-        edges = -np.cos(np.pi * np.arange(self._height + 1) / self._height)
+        height, width = bright.shape
+        edges = -np.cos(np.pi * np.arange(height + 1) / height)
         thickness = np.diff(edges)
-        solid = TWO_PI / self._width * thickness
-        mass = bright * solid[:, None]
-        total = float(mass.sum())
-        if total <= 0.0:
-            bright, total = np.ones_like(bright), float(4.0 * np.pi)
-            mass = bright * solid[:, None]
-        self.irradiance = total
+        solid = TWO_PI / width * thickness
+        if not bright.any():
+            bright = np.ones_like(bright)
+        self._square = Distribution2D(bright * solid[:, None])
+        self.irradiance = self._square.total
         self._radiance = radiance
-        self._alias = AliasTable(mass.ravel())
-        self._density = (bright / total).astype(np.float32).ravel()
+        self._height = height
         self._bottom, self._thickness = edges[:-1].astype(np.float32), thickness.astype(np.float32)
+        self._per_solid_angle = (1.0 / (height * width * solid)).astype(np.float32)
 
     def radiance(self, d: Float32) -> Float32:
         """(3, N)."""
         return self._radiance(d)
 
     def sample(self, u: Float32, v: Float32) -> tuple[Float32, Float32]:
-        """Directions (3, n) and their density (n,).
-
-        The cell of the alias table is (v·H, u·W), which keeps samples that are well spread in the square
-        well spread on the sphere, and leaves both numbers half of their digits for the place in the texel.
-        """
-        across, up = u * self._width, v * self._height
-        column, line = across.astype(np.int32), up.astype(np.int32)
-        across -= column
-        up -= line
-        texel, up = self._alias.pick(line * self._width + column, up)
-        line = texel // self._width
-        column = texel - line * self._width
-        z = self._bottom.take(line, mode="clip") + up * self._thickness.take(line, mode="clip")
-        sin = np.sqrt(np.maximum((1.0 - z) * (1.0 + z), 0.0))
-        phi = float(np.pi) - (TWO_PI / self._width) * (column.astype(np.float32) + across)
+        """Directions (3, n) and their density (n,)."""
+        x, y, density = self._square.sample(u, v)
+        y *= self._height
+        line = y.astype(np.int32)
+        y -= line
+        y *= self._thickness.take(line, mode="clip")
+        y += self._bottom.take(line, mode="clip")
+        density *= self._per_solid_angle.take(line, mode="clip")
+        sin = np.sqrt(np.maximum((1.0 - y) * (1.0 + y), 0.0))
+        phi = float(np.pi) - TWO_PI * x
         d = np.empty((3, u.size), np.float32)
-        d[0], d[1], d[2] = sin * np.cos(phi), sin * np.sin(phi), z
-        return d, self._density.take(texel, mode="clip")
-
-    def texel(self, d: Float32) -> Index:
-        """(n,) texel that directions fall into."""
-        u = 0.5 - np.arctan2(d[1], d[0]) * (1.0 / TWO_PI)
-        v = 1.0 - np.arccos(np.clip(d[2], -1.0, 1.0)) * (2.0 / TWO_PI)
-        column = np.minimum((u * self._width).astype(np.int32), self._width - 1)
-        line = np.minimum((v * self._height).astype(np.int32), self._height - 1)
-        return line * self._width + column
+        d[0], d[1], d[2] = sin * np.cos(phi), sin * np.sin(phi), y
+        return d, density
 
     def pdf(self, d: Float32) -> Float32:
         """(n,) density of `sample`."""
-        return self._density.take(self.texel(d), mode="clip")
+        x = 0.5 - np.arctan2(d[1], d[0]) * (1.0 / TWO_PI)
+        y = 1.0 - np.arccos(np.clip(d[2], -1.0, 1.0)) * (2.0 / TWO_PI)
+        line = (y * self._height).astype(np.int32)
+        density: Float32 = self._square.pdf(x, y) * self._per_solid_angle.take(line, mode="clip")
+        return density

@@ -13,6 +13,10 @@ from . import area, sun
 from .base import FAR, Draw, Float32, Float64, Hits, Index, Kind, Lamp
 from .environment import Environment
 from .point import DeltaPoints, DiskLamps, SphereLamps
+from .spot import DeltaSpots, DiskSpots, SphereSpots
+
+POINTS: tuple[type[Kind], ...] = (DeltaPoints, DiskLamps, SphereLamps)
+SPOTS: tuple[type[Kind], ...] = (DeltaSpots, DiskSpots, SphereSpots)
 
 
 class Part(Protocol):
@@ -36,9 +40,8 @@ def sort_of(lamp: Lamp) -> type[Kind]:
         return area.Ellipses if area.is_ellipse(lamp) else area.Rectangles
     if data.kind not in ("POINT", "SPOT"):
         raise ValueError(f"lamp {data.name!r} is of unknown kind {data.kind!r}")
-    if data.radius <= 0.0:
-        return DeltaPoints
-    return DiskLamps if data.soft_falloff else SphereLamps
+    size = 0 if data.radius <= 0.0 else 1 if data.soft_falloff else 2
+    return POINTS[size] if data.kind == "POINT" else SPOTS[size]
 
 
 def traits(lamp: Lamp) -> tuple[str, str, bool, bool, bool]:

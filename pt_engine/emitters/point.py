@@ -1,4 +1,4 @@
-"""Point and spot lamps: without size, as a sphere, or as a disk that faces the lit point (soft falloff).
+"""Point lamps: without size, as a sphere, or as a disk that faces the lit point (soft falloff).
 
 With Φ the watts in the panel (kernel/light/point.h and PointLight::area of Cycles):
 
@@ -7,20 +7,19 @@ With Φ the watts in the panel (kernel/light/point.h and PointLight::area of Cyc
     disk       the same L on a disk of radius r that always faces the lit point, pdf = t³ / (π r² d)
 
 With *normalize* off the division by the area, 4π r² (or 4 without size), is left out. A lit point inside
-the sphere sees it in every direction. A spot multiplies by its beam (spot.py), except inside its sphere.
+the sphere sees it in every direction. Spots are these, times a beam (spot.py).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from ..core.frames import frame
 from ..core.vectors import dot
-from .base import TINY, Draw, Float32, Float64, Hits, Index, Lamp, at, columns, one, scalars
-from .spot import Beam
+from .base import NO_HITS, TINY, Draw, Float32, Float64, Hits, Index, Lamp, at, columns, one, scalars
 
 TWO_PI = float(2.0 * np.pi)
 
@@ -32,8 +31,8 @@ def strength_per_area(lamp: Lamp) -> Float64:
     return lamp.strength / np.pi / (area if lamp.data.normalize else 1.0)
 
 
-class _Points:
-    """What the three share: centres, strengths over chance, and the beam of spots."""
+class Points:
+    """What the three share: centres, sizes, strengths."""
 
     delta: ClassVar[bool] = False
 
@@ -44,10 +43,9 @@ class _Points:
         self._weight = columns([s / c for s, c in zip(strength, chance, strict=True)])
         self._chance = scalars(chance)
         self._radius_squared = scalars([lamp.data.radius**2 for lamp in lamps])
-        self._beam = Beam(lamps) if lamps[0].data.kind == "SPOT" else None
 
 
-class DeltaPoints(_Points):
+class DeltaPoints(Points):
     """Lamps without size."""
 
     delta = True
@@ -59,72 +57,71 @@ class DeltaPoints(_Points):
         inverse = 1.0 / np.sqrt(squared)
         wo *= inverse
         falloff = inverse * inverse
-        if self._beam is not None:
-            falloff *= self._beam(row, wo)
         pdf = np.empty_like(squared)
         pdf[:] = at(self._chance, row)
         return Draw(wo, squared * inverse, at(self._weight, row) * falloff, pdf)
 
     def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
         """No ray meets a point."""
-        return Hits(np.empty(0, np.intp), np.empty((3, 0), np.float32), np.empty(0, np.float32))
+        return NO_HITS
 
 
-def one_minus_cos_cap(sin_squared: Float32, inside: Float32) -> Float32:
-    """1 − cosθmax of the cone that a sphere fills, sin²θmax given; the whole sphere (2) if `inside` is 1.
+class Cone(NamedTuple):
+    """Directions that a sphere fills, from the lit point."""
 
-    sin² / (1 + cos) keeps its digits for the smallest cones.
-    """
-    return sin_squared / (1.0 + np.sqrt(1.0 - sin_squared)) + inside
+    axis: Float32  # (3, n) unit, to the centre
+    squared: Float32  # (n,) distance to the centre, squared
+    inside: Float32  # (n,) 1 where the lit point is in the sphere, else 0
+    one_minus_cos: Float32  # (n,) of the half angle; 2, all directions, inside
 
 
-class SphereLamps(_Points):
+class SphereLamps(Points):
     """Lamps that are uniformly bright spheres."""
 
-    def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
-        """Uniform directions in the cone of the sphere (Shirley et al. 1996)."""
-        axis = at(self._centre, row) - p
-        squared = np.maximum(dot(axis, axis), TINY)
-        radius_squared = at(self._radius_squared, row)
+    def _cone(self, to_centre: Float32, radius_squared: Float32) -> Cone:
+        """The cone; sin² / (1 + cos) for 1 − cos keeps the digits of the smallest ones."""
+        squared = np.maximum(dot(to_centre, to_centre), TINY)
         inside = (squared <= radius_squared).astype(np.float32)
-        one_minus_max = one_minus_cos_cap(np.minimum(radius_squared / squared, 1.0), inside)
-        distance = np.sqrt(squared)
-        axis /= distance
+        sin_squared = np.minimum(radius_squared / squared, 1.0)
+        one_minus_cos: Float32 = sin_squared / (1.0 + np.sqrt(1.0 - sin_squared)) + inside
+        axis = to_centre / np.sqrt(squared)
         axis[2] += squared <= TINY  # at the very centre any axis will do
+        return Cone(axis, squared, inside, one_minus_cos)
 
-        one_minus_cos = u * one_minus_max
+    def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
+        """Uniform directions in the cone of the sphere."""
+        radius_squared = at(self._radius_squared, row)
+        cone = self._cone(at(self._centre, row) - p, radius_squared)
+        one_minus_cos = u * cone.one_minus_cos
         cos = 1.0 - one_minus_cos
         sin_squared = one_minus_cos * (2.0 - one_minus_cos)
-        wo = around(axis, cos, np.sqrt(sin_squared), v)
-
-        half_chord = np.sqrt(np.maximum(radius_squared - squared * sin_squared, 0.0))
-        t = distance * cos + (2.0 * inside - 1.0) * half_chord
-        cone = TWO_PI * one_minus_max
-        scale = cone if self._beam is None else cone * np.maximum(self._beam(row, wo), inside)
-        return Draw(wo, t, at(self._weight, row) * scale, at(self._chance, row) / cone)
+        wo = around(cone.axis, cos, np.sqrt(sin_squared), v)
+        half_chord = np.sqrt(np.maximum(radius_squared - cone.squared * sin_squared, 0.0))
+        t = np.sqrt(cone.squared) * cos + (2.0 * cone.inside - 1.0) * half_chord
+        solid: Float32 = TWO_PI * cone.one_minus_cos
+        return Draw(wo, t, at(self._weight, row) * solid, at(self._chance, row) / solid)
 
     def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
         """The near side from outside, the far side from inside."""
+        lanes, cone = self._meet(row, o, d, t)
+        radiance = np.repeat(one(self._strength, row), lanes.size, axis=1)
+        return Hits(lanes, radiance, self._chance[row] / (TWO_PI * cone.one_minus_cos))
+
+    def _meet(self, row: int, o: Float32, d: Float32, t: Float32) -> tuple[Index, Cone]:
+        """Lanes that meet the sphere before t, and its cone from their origins."""
         to_centre = one(self._centre, row) - o
         along = dot(to_centre, d)
         off = to_centre - along * d
-        radius_squared = self._radius_squared[row]
+        radius_squared = one(self._radius_squared, row)
         discriminant = radius_squared - dot(off, off)
         lanes = np.flatnonzero(discriminant >= 0.0)
-        squared = np.maximum(dot(*(to_centre.take(lanes, axis=1),) * 2), TINY)
-        inside = (squared <= radius_squared).astype(np.float32)
-        s = along.take(lanes) + (2.0 * inside - 1.0) * np.sqrt(discriminant.take(lanes))
+        cone = self._cone(to_centre.take(lanes, axis=1), radius_squared)
+        s = along.take(lanes) + (2.0 * cone.inside - 1.0) * np.sqrt(discriminant.take(lanes))
         keep = np.flatnonzero((s > 0.0) & (s < t.take(lanes)))
-        lanes, squared, inside = lanes.take(keep), squared.take(keep), inside.take(keep)
-        cone = TWO_PI * one_minus_cos_cap(np.minimum(radius_squared / squared, 1.0), inside)
-        radiance = np.repeat(one(self._strength, row), lanes.size, axis=1)
-        if self._beam is not None:
-            rows = np.full(lanes.size, row, np.intp)
-            radiance *= np.maximum(self._beam(rows, d.take(lanes, axis=1)), inside)
-        return Hits(lanes, radiance, self._chance[row] / cone)
+        return lanes.take(keep), Cone(*(a.take(keep, axis=-1) for a in cone))
 
 
-class DiskLamps(_Points):
+class DiskLamps(Points):
     """Lamps with soft falloff: a disk that faces whoever looks."""
 
     def __init__(self, lamps: Sequence[Lamp], chance: Float64) -> None:
@@ -145,8 +142,6 @@ class DiskLamps(_Points):
         area = np.pi * at(self._radius_squared, row)
         scale = area * per_area
         pdf = at(self._chance, row) / scale
-        if self._beam is not None:
-            scale *= self._beam(row, wo)
         return Draw(wo, t, at(self._weight, row) * scale, pdf)
 
     def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
@@ -163,8 +158,6 @@ class DiskLamps(_Points):
         area = float(np.pi) * self._radius_squared[row]
         pdf = self._chance[row] * (s * s * s) / (area * distance.take(lanes))
         radiance = np.repeat(one(self._strength, row), lanes.size, axis=1)
-        if self._beam is not None:
-            radiance *= self._beam(np.full(lanes.size, row, np.intp), d.take(lanes, axis=1))
         return Hits(lanes, radiance, pdf)
 
 

@@ -1,10 +1,11 @@
-"""The beam of a spot: a smooth step in the cosine of the lamp's own, possibly scaled, space.
+"""Spots: point lamps (point.py) times a beam, a smooth step in the cosine of the lamp's own, scaled space.
 
     z = −ω_local.z / |ω_local|,  ω_local = M⁻¹ ω        ω from the lamp to the lit point, M the lamp's matrix
     beam = s²(3 − 2s),  s = clamp((z − cos ½size) / ((1 − cos ½size) · blend))
 
-as Cycles does (`kernel/light/spot.h`). Scaling the lamp therefore makes the beam elliptic. The light's
-size itself, its radiance and its sampling are those of a point lamp (point.py).
+as Cycles does (kernel/light/spot.h). Scaling the lamp therefore makes the beam elliptic. A spot with size
+has the beam's value in the direction of the ray at every point of its sphere; from inside the sphere it
+shines everywhere.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .base import Float32, Index, Lamp, at, columns, scalars
+from ..core.vectors import dot
+from .base import Draw, Float32, Float64, Hits, Index, Lamp, at, columns, one, scalars
+from .point import TWO_PI, DeltaPoints, DiskLamps, Points, SphereLamps, around
 
 
 class Beam:
@@ -29,11 +32,85 @@ class Beam:
 
     def __call__(self, row: Index | None, wo: Float32) -> Float32:
         """(N,) attenuation in [0, 1] toward −wo; `wo` (3, N) points from the lit point to the lamp."""
-        mx, my, mz = at(self._x, row), at(self._y, row), at(self._z, row)
-        x = mx[0] * wo[0] + mx[1] * wo[1] + mx[2] * wo[2]
-        y = my[0] * wo[0] + my[1] * wo[1] + my[2] * wo[2]
-        z = mz[0] * wo[0] + mz[1] * wo[1] + mz[2] * wo[2]
+        x, y, z = dot(at(self._x, row), wo), dot(at(self._y, row), wo), dot(at(self._z, row), wo)
         z /= np.sqrt(np.maximum(x * x + y * y + z * z, 1e-30))
-        s = (z - at(self._cos_half, row)) * at(self._steepness, row)
+        s: Float32 = (z - at(self._cos_half, row)) * at(self._steepness, row)
         s = np.clip(s, 0.0, 1.0)
         return s * s * (3.0 - 2.0 * s)
+
+    def of(self, row: int, d: Float32) -> Float32:
+        """(N,) attenuation of lamp `row` toward −d."""
+        return self(np.full(d.shape[1], row, np.intp), d)
+
+
+class _Spots(Points):
+    """Adds a beam to a kind of point lamps."""
+
+    def __init__(self, lamps: Sequence[Lamp], chance: Float64) -> None:
+        super().__init__(lamps, chance)
+        self._beam = Beam(lamps)
+
+    def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
+        """As the point lamp, dimmed."""
+        draw = super().sample(row, p, u, v)
+        return draw._replace(weight=draw.weight * self._beam(row, draw.wo))
+
+    def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
+        """As the point lamp, dimmed."""
+        hits = super().hits(row, o, d, t)
+        return hits._replace(radiance=hits.radiance * self._beam.of(row, d.take(hits.lanes, axis=1)))
+
+
+class DeltaSpots(_Spots, DeltaPoints):
+    """Spots without size."""
+
+
+class DiskSpots(_Spots, DiskLamps):
+    """Spots with soft falloff."""
+
+
+def widest(lamp: Lamp) -> float:
+    """1 − cos of the half angle of a round cone that holds the whole beam."""
+    length = np.sqrt((lamp.linear**2).sum(axis=0))
+    half = min(0.5 * lamp.data.spot_size, 0.5 * float(np.pi))
+    slope = np.tan(half) * max(length[0], length[1]) / max(length[2], 1e-12)
+    sin_half_angle = np.sin(0.5 * np.arctan(slope))
+    return float(2.0 * sin_half_angle**2)
+
+
+class SphereSpots(SphereLamps):
+    """Spots that are spheres: drawn from the cone of the sphere or from the beam's, whichever is narrower."""
+
+    def __init__(self, lamps: Sequence[Lamp], chance: Float64) -> None:
+        super().__init__(lamps, chance)
+        self._beam = Beam(lamps)
+        self._toward = columns([-lamp.direction for lamp in lamps])
+        self._widest = scalars([widest(lamp) for lamp in lamps])
+
+    def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
+        """Uniform directions in the narrower cone; those of the beam's may miss the sphere."""
+        to_centre, radius_squared = at(self._centre, row) - p, at(self._radius_squared, row)
+        cone = self._cone(to_centre, radius_squared)
+        narrow = (cone.one_minus_cos > at(self._widest, row)) & (cone.inside == 0.0)
+        by_beam = narrow.astype(np.float32)
+        axis = cone.axis + by_beam * (at(self._toward, row) - cone.axis)
+        one_minus_max = cone.one_minus_cos + by_beam * (at(self._widest, row) - cone.one_minus_cos)
+        one_minus_cos = u * one_minus_max
+        sin = np.sqrt(one_minus_cos * (2.0 - one_minus_cos))
+        wo = around(axis, 1.0 - one_minus_cos, sin, v)
+
+        along = dot(to_centre, wo)
+        off = to_centre - along * wo
+        discriminant = radius_squared - dot(off, off)
+        met = ((discriminant >= 0.0) & (along > 0.0)) | ~narrow
+        t = along + (2.0 * cone.inside - 1.0) * np.sqrt(np.maximum(discriminant, 0.0))
+        solid: Float32 = TWO_PI * one_minus_max
+        shine = solid * np.maximum(self._beam(row, wo), cone.inside) * met
+        return Draw(wo, np.maximum(t, 0.0), at(self._weight, row) * shine, at(self._chance, row) / solid)
+
+    def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
+        """As a sphere, dimmed but from inside."""
+        lanes, cone = self._meet(row, o, d, t)
+        beam = np.maximum(self._beam.of(row, d.take(lanes, axis=1)), cone.inside)
+        one_minus_max = np.minimum(cone.one_minus_cos, self._widest[row] + 2.0 * cone.inside)
+        return Hits(lanes, one(self._strength, row) * beam, self._chance[row] / (TWO_PI * one_minus_max))

@@ -16,7 +16,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .base import FAR, Draw, Float32, Float64, Hits, Index, Lamp, at, columns, one, scalars, unit
+from .base import FAR, NO_HITS, Draw, Float32, Float64, Hits, Index, Lamp, at, columns, one, scalars, unit
 
 TWO_PI = float(2.0 * np.pi)
 
@@ -50,7 +50,7 @@ class DeltaSuns:
 
     def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
         """No ray meets a direction."""
-        return Hits(np.empty(0, np.intp), np.empty((3, 0), np.float32), np.empty(0, np.float32))
+        return NO_HITS
 
 
 class DiscSuns:
