@@ -18,6 +18,7 @@ from ...scene.snapshot import Instances, Visibility
 from .lights import export_light
 from .meshes import export_mesh
 from .needs import Needs, graph_needs, union
+from .random_id import random_of
 
 NOT_RENDERED = {
     "CURVES": "hair curves",
@@ -26,7 +27,6 @@ NOT_RENDERED = {
     "GREASEPENCIL": "grease pencil",
     "GPENCIL": "grease pencil",
 }
-RANDOM_SCALE = 1.0 / 0xFFFFFFFF
 
 
 class Look(NamedTuple):
@@ -106,7 +106,7 @@ class Collector:
         override = self.view_layer.material_override
         if override is not None:
             return (self.materials.index(override),)
-        return tuple(self.materials.index(slot.material) for slot in owner.material_slots) or (0,)
+        return tuple(self.materials.index(material) for material in slots_of(owner)) or (0,)
 
     def material_needs(self, number: int) -> Needs:
         if number not in self._graph_needs:
@@ -174,8 +174,11 @@ class Collector:
         total = len(every)
         matrix = np.empty(total * 16, np.float32)
         every.foreach_get("matrix_world", matrix)
-        random = np.empty(total, np.int32)
-        every.foreach_get("random_id", random)
+        random_id = np.empty(total, np.int32)
+        every.foreach_get("random_id", random_id)
+        is_instance = np.empty(total, np.bool_)
+        every.foreach_get("is_instance", is_instance)
+        names = tuple(look.name for look in looks)
         width = max((len(look.materials) for look in looks), default=1)
         count = len(looks)
         padded = [look.materials + look.materials[-1:] * (width - len(look.materials)) for look in looks]
@@ -183,12 +186,27 @@ class Collector:
             mesh=np.array([look.mesh for look in looks], np.int32),
             matrix=matrix.reshape(total, 4, 4).transpose(0, 2, 1)[rows].astype(np.float64),
             materials=np.array(padded, np.int32).reshape(count, width),
-            random=(random.view(np.uint32)[rows] * RANDOM_SCALE).astype(np.float32),
+            random=random_of(random_id[rows], names, is_instance[rows]),
             color=np.array([look.color for look in looks], np.float32).reshape(count, 4),
             pass_index=np.array([look.pass_index for look in looks], np.int32),
             visibility=np.array([look.visibility for look in looks], np.uint8),
-            names=tuple(look.name for look in looks),
+            names=names,
         )
+
+
+def slots_of(owner) -> list:
+    """Material of each slot: the object's own where the slot says so, else the evaluated mesh's.
+
+    Geometry that comes from geometry nodes has slots that the object doesn't know of.
+    """
+    own = owner.material_slots
+    materials = list(owner.data.materials)
+    for number, slot in enumerate(own):
+        if number >= len(materials):
+            materials.append(slot.material)
+        elif slot.link == "OBJECT":
+            materials[number] = slot.material
+    return materials
 
 
 def ray_visibility(owner) -> int:
