@@ -1,0 +1,35 @@
+"""Perspective: all rays pass through the eye, or through the lens about it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.vectors import dot, normalize
+from .base import Camera, CameraRays
+
+Float32 = NDArray[np.float32]
+
+
+class Perspective(Camera):
+    """Clipped at planes of depth `near` and `far`.
+
+    With a lens the cut is made where the ray through the lens' centre would meet the plane, as in Cycles: all
+    rays of a raster point start and end at the same distances.
+    """
+
+    def rays(self, raster: Float32, u_lens: Float32 | None = None) -> CameraRays:
+        x, y = self._plane(raster)
+        toward = self._world(x, y, 1.0)  # one unit deep
+        slant = np.sqrt(x * x + y * y + 1.0)  # distance per depth
+        if self._aperture is None or u_lens is None:
+            o = self._eye + toward * np.float32(self._near)
+            return CameraRays(o, normalize(toward), slant * np.float32(self._length))
+        lens = self._aperture.sample(u_lens)
+        on_lens = self._world(lens[0], lens[1], 0.0)
+        d = toward * np.float32(self._focus)
+        d -= on_lens
+        d *= np.reciprocal(np.sqrt(dot(d, d)))
+        o = self._eye + on_lens
+        o += d * (slant * np.float32(self._near))
+        return CameraRays(o, d, slant * np.float32(self._length))
