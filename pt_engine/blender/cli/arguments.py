@@ -1,0 +1,149 @@
+"""What the command line understands."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ... import __version__
+
+
+def parser() -> argparse.ArgumentParser:
+    """The parser of all commands; a wrong one ends with code 2."""
+    top = argparse.ArgumentParser(
+        prog="python -m pt_engine", description="A path tracer for Blender files.", allow_abbrev=False
+    )
+    top.add_argument("--version", action="version", version=f"pt_engine {__version__}")
+    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    render = commands.add_parser(
+        "render",
+        allow_abbrev=False,
+        help="render a .blend into an EXR and a PNG",
+        description="Render one frame of a .blend. Scripts in the file are not run; "
+        "its compositing and sequencer are left out.",
+    )
+    add_scene_options(render)
+    output = render.add_argument_group("output")
+    output.add_argument(
+        "-o",
+        "--output",
+        type=path_ending("exr"),
+        required=True,
+        metavar="OUT.exr",
+        help="32-bit float, linear",
+    )
+    output.add_argument(
+        "--png", type=path_ending("png"), metavar="P.png", help="through the file's view transform"
+    )
+    output.add_argument("--stats", type=Path, metavar="S.json", help="statistics (docs/stats.md)")
+    output.add_argument("--progress", action="store_true", help="a progress bar even without a terminal")
+    output.add_argument("--quiet", action="store_true", help="only errors")
+
+    replay = commands.add_parser(
+        "replay",
+        allow_abbrev=False,
+        help="print one path of a render, vertex by vertex",
+        description="Walk one sample of one pixel again, exactly as `render` with the same options did.",
+    )
+    add_scene_options(replay)
+    replay.add_argument(
+        "--pixel",
+        type=pair(","),
+        required=True,
+        metavar="X,Y",
+        help="from the image's left and bottom, from 0",
+    )
+    replay.add_argument(
+        "--sample", type=whole(0), required=True, metavar="N", help="the sample's number, from 0"
+    )
+    return top
+
+
+def add_scene_options(command: argparse.ArgumentParser) -> None:
+    """The file, and what of it is changed for this render."""
+    command.add_argument("file", type=Path, metavar="FILE.blend")
+    command.add_argument("--verbose", action="store_true", help="let Blender's own messages through")
+    scene = command.add_argument_group("in place of what the file says")
+    scene.add_argument("--frame", type=int, metavar="N")
+    scene.add_argument("--view-layer", metavar="NAME")
+    scene.add_argument("--size", type=pair("x", least=1), metavar="WxH", help="in pixels, at 100 %%")
+    scene.add_argument("--samples", type=whole(0), metavar="N", help="per pixel; 0 for no limit")
+    scene.add_argument("--seconds", type=positive, metavar="S", help="time limit; 0 for none")
+    scene.add_argument("--seed", type=whole(0), metavar="K")
+    scene.add_argument("--threads", type=whole(0), metavar="N", help="0 for one per core")
+    scene.add_argument("--integrator", metavar="NAME")
+    scene.add_argument("--max-depth", type=whole(1), metavar="N", help="longest path, in edges")
+    scene.add_argument("--strict", action="store_true", help="refuse what can't be rendered exactly")
+    scene.add_argument(
+        "--set",
+        dest="assignments",
+        action="append",
+        default=[],
+        type=assignment,
+        metavar="KEY=VALUE",
+        help="any property of the engine; may be repeated",
+    )
+    scene.add_argument(
+        "--plugin",
+        dest="plugins",
+        action="append",
+        default=[],
+        type=Path,
+        metavar="F.py",
+        help="a Python file that registers an integrator of your own; may be repeated",
+    )
+
+
+def whole(least: int):
+    """A converter to int that refuses less than `least`."""
+
+    def number(text: str) -> int:
+        value = int(text)
+        if value < least:
+            raise argparse.ArgumentTypeError(f"{value} is less than {least}")
+        return value
+
+    return number
+
+
+def positive(text: str) -> float:
+    """A finite number of at least 0."""
+    value = float(text)
+    if not 0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text} is not a time")
+    return value
+
+
+def pair(separator: str, least: int = 0):
+    """A converter of `AxB` to two numbers."""
+
+    def numbers(text: str) -> tuple[int, int]:
+        first, found, second = text.partition(separator)
+        if not (found and first.isdecimal() and second.isdecimal()):
+            raise argparse.ArgumentTypeError(f"{text!r} is not like 640{separator}360")
+        values = int(first), int(second)
+        if min(values) < least:
+            raise argparse.ArgumentTypeError(f"{text!r} has a number below {least}")
+        return values
+
+    return numbers
+
+
+def path_ending(suffix: str):
+    """A converter to a path with this ending."""
+
+    def path(text: str) -> Path:
+        if Path(text).suffix.lower() != f".{suffix}":
+            raise argparse.ArgumentTypeError(f"{text!r} does not end with .{suffix}")
+        return Path(text)
+
+    return path
+
+
+def assignment(text: str) -> tuple[str, str]:
+    """`key=value` in two."""
+    key, found, value = text.partition("=")
+    if not (found and key):
+        raise argparse.ArgumentTypeError(f"{text!r} is not like key=value")
+    return key, value

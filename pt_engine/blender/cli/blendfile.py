@@ -1,0 +1,131 @@
+"""Open a .blend and apply what the command line says in place of it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import bpy
+
+from ...render.integrator import INTEGRATORS
+from .. import plugins
+from ..compatibility import ENGINE
+from .failure import Failure, UsageError
+
+
+def open_scene(arguments):
+    """The file's active scene, ready to render; its scripts are not run."""
+    for path in arguments.plugins:
+        try:
+            plugins.load(path)
+        except plugins.PluginError as error:
+            raise Failure(str(error)) from error
+    open_file(arguments.file)
+    scene = bpy.context.scene
+    scene.render.engine = ENGINE
+    choose_frame(scene, arguments.frame)
+    if scene.camera is None:
+        raise Failure(f"scene {scene.name!r} of {arguments.file} has no camera")
+    apply(scene, arguments)
+    return scene
+
+
+def open_file(path: Path) -> None:
+    """Load a .blend, or say why not."""
+    if not path.exists():
+        raise Failure(f"no such file: {path}")
+    if not path.is_file() or not os.access(path, os.R_OK):
+        raise Failure(f"{path} is a directory or may not be read")
+    try:
+        bpy.ops.wm.open_mainfile(filepath=str(path.absolute()), load_ui=False, use_scripts=False)
+    except RuntimeError as error:
+        reason = str(error).strip().splitlines()[-1].removeprefix("Error: ")
+        raise Failure(f"{path} can't be read as a .blend: {reason}") from error
+
+
+def choose_frame(scene, frame: int | None) -> None:
+    """Go to a frame of the scene's range; without one the file's own frame stays."""
+    if frame is None:
+        frame = scene.frame_current
+    elif not scene.frame_start <= frame <= scene.frame_end:
+        first, last = scene.frame_start, scene.frame_end
+        raise Failure(f"no frame {frame}: scene {scene.name!r} has the frames {first} to {last}")
+    scene.frame_set(frame)
+
+
+def choose_view_layer(scene, name: str | None) -> str:
+    """The view layer to render: the named one, else the file's active one."""
+    if name is None:
+        active = bpy.context.view_layer.name
+        return active if active in scene.view_layers else scene.view_layers[0].name
+    if name not in scene.view_layers:
+        raise Failure(f"no view layer {name!r}: there are {', '.join(scene.view_layers.keys())}")
+    return name
+
+
+def apply(scene, arguments) -> None:
+    """Settings from the command line; --set comes last."""
+    own, render = scene.pt_engine, scene.render
+    render.use_compositing = render.use_sequencer = False
+    render.use_single_layer = True
+    own.stats_path = ""
+    if arguments.size:
+        render.resolution_x, render.resolution_y = arguments.size
+        render.resolution_percentage = 100
+    if arguments.threads is not None:
+        render.threads_mode = "FIXED" if arguments.threads else "AUTO"
+        render.threads = arguments.threads or render.threads
+    for key in ("samples", "seconds", "seed", "max_depth", "integrator"):
+        if (value := getattr(arguments, key)) is not None:
+            assign(own, key, str(value))
+    if arguments.strict:
+        own.strict = True
+    for key, text in arguments.assignments:
+        assign(own, key, text)
+    if own.samples == 0 and own.seconds == 0:
+        raise UsageError("neither samples nor seconds are limited: this render would never end")
+
+
+def assign(own, key: str, text: str) -> None:
+    """Set a property of the engine from text; an unknown key or a value out of range is a usage error."""
+    known = {p.identifier: p for p in own.bl_rna.properties if p.identifier not in ("rna_type", "name")}
+    if key not in known:
+        raise UsageError(f"the engine has no property {key!r}; it has {', '.join(sorted(known))}")
+    try:
+        setattr(own, key, value_of(known[key], text))
+    except (ValueError, TypeError) as error:
+        raise UsageError(f"{key}: {error}") from error
+
+
+def value_of(prop, text: str):
+    """Text as the value of a property, in its range."""
+    if prop.type == "BOOLEAN":
+        if text.lower() not in BOOLEANS:
+            raise ValueError(f"{text!r} is not one of {', '.join(BOOLEANS)}")
+        return BOOLEANS[text.lower()]
+    if prop.type == "ENUM":
+        names = INTEGRATORS if prop.identifier == "integrator" else prop.enum_items.keys()
+        if text not in names:
+            raise ValueError(f"{text!r} is not one of {', '.join(names)}")
+        return text
+    if prop.type not in ("INT", "FLOAT"):
+        return text
+    try:
+        value = int(text) if prop.type == "INT" else float(text)
+    except ValueError:
+        raise ValueError(f"{text!r} is not a{' whole' if prop.type == 'INT' else ''} number") from None
+    if not prop.hard_min <= value <= prop.hard_max:
+        raise ValueError(f"{text} is not between {prop.hard_min:g} and {prop.hard_max:g}")
+    return value
+
+
+BOOLEANS = {
+    "true": True,
+    "on": True,
+    "yes": True,
+    "1": True,
+    "false": False,
+    "off": False,
+    "no": False,
+    "0": False,
+}

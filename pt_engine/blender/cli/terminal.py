@@ -1,0 +1,106 @@
+"""What a person sees: a bar or occasional lines on stderr, one closing line on stdout."""
+
+from __future__ import annotations
+
+import faulthandler
+import os
+import signal
+import sys
+
+from ..record import Observer
+from ..words import count, duration, estimated_error, status
+
+BAR_INTERVAL = 0.1  # seconds
+FIRST_LINE, LINE_GROWTH = 5.0, 1.5
+BAR_WIDTH = 30
+
+
+def silence_blender() -> None:
+    """Keep what Blender itself prints off the terminal, from here to the end of the process.
+
+    Python's own streams go on: they get copies of the file descriptors.
+    """
+    streams = []
+    for stream, number in ((sys.stdout, 1), (sys.stderr, 2)):
+        stream.flush()
+        copy = os.fdopen(
+            os.dup(number), "w", buffering=1, encoding=stream.encoding, errors="backslashreplace"
+        )
+        streams.append(copy)
+    sys.stdout, sys.stderr = streams
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for number in (1, 2):
+        os.dup2(nowhere, number)
+    os.close(nowhere)
+    faulthandler.enable(file=sys.stderr)
+
+
+class Terminal(Observer):
+    """Follows a render on stderr, and stops it at Ctrl-C."""
+
+    def __init__(self, quiet: bool = False, bar: bool = False) -> None:
+        self.quiet = quiet
+        self.bar = (bar or sys.stderr.isatty()) and not quiet
+        self.next_told = 0.0 if self.bar else FIRST_LINE
+        self.samples = 0
+        self.interrupted = False
+        self.failure = ""
+
+    def on_coverage(self, lines: list[str]) -> None:
+        if lines and not self.quiet:
+            print("Not rendered exactly:", *(f"  {line}" for line in lines), sep="\n", file=sys.stderr)
+
+    def on_progress(self, progress) -> None:
+        self.samples = progress.samples
+        if self.quiet or progress.elapsed < self.next_told:
+            return
+        if self.bar:
+            self.next_told = progress.elapsed + BAR_INTERVAL
+            done = round(progress.fraction * BAR_WIDTH)
+            bar = "#" * done + "." * (BAR_WIDTH - done)
+            line = f"\r[{bar}] {progress.fraction:4.0%}  {status(progress)}\x1b[K"
+            print(line, end="", file=sys.stderr, flush=True)
+        else:
+            self.next_told = progress.elapsed * LINE_GROWTH
+            print(f"{progress.fraction:4.0%}  {status(progress)}", file=sys.stderr, flush=True)
+
+    def should_stop(self) -> bool:
+        return self.interrupted
+
+    def on_failure(self, message: str) -> None:
+        self.failure = message
+
+    def __enter__(self) -> Terminal:
+        try:
+            self.previous = signal.signal(signal.SIGINT, self._interrupt)
+        except ValueError:  # not in the main thread
+            self.previous = None
+        return self
+
+    def __exit__(self, *_) -> None:
+        if self.previous is not None:
+            signal.signal(signal.SIGINT, self.previous)
+        if self.bar:
+            print(file=sys.stderr)
+
+    def _interrupt(self, number, frame) -> None:
+        """The first Ctrl-C ends the render in order; a second one ends at once."""
+        self.interrupted = True
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def closing_line(path, statistics) -> str:
+    """Time, samples, speed and estimated error of a finished render."""
+    seconds = statistics["seconds"]
+    width, height = statistics["resolution"]
+    error = estimated_error(statistics["error"])
+    parts = [
+        f"{path}: {width}x{height}",
+        f"{statistics['samples']} samples",
+        f"{duration(seconds['total'])} (render {duration(seconds['render'])})",
+        f"{count(statistics['rays_per_second'])} rays/s",
+        f"estimated error {error}" if error else "estimated error unknown",
+    ]
+    if dropped := statistics["nonfinite"]["count"]:
+        parts.append(f"{dropped} non-finite samples dropped")
+    return ", ".join(parts)

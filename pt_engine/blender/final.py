@@ -1,0 +1,111 @@
+"""A final render: export, prepare, render, deliver; and tell on the way how it goes."""
+
+from __future__ import annotations
+
+import time
+from itertools import chain
+
+import bpy
+
+from ..render import integrators  # noqa: F401  fills the registry
+from ..render.progressive import render
+from ..render.stats import statistics
+from ..scene.prepare import prepare
+from .export import export_scene
+from .picture import Picture
+from .record import RenderRecord, Session, write_json
+from .refusal import Refusal
+from .settings import settings_of
+from .words import LISTED, coverage_lines, inexact, status
+
+STATUS_INTERVAL = {False: 0.2, True: 2.0}  # seconds; in background mode each one is a line on the terminal
+
+
+def final_render(engine, depsgraph) -> None:
+    """Render one view layer of one frame into Blender's result."""
+    started = time.perf_counter()
+    scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval.name
+    record = record_of(engine, scene)
+    if scene.render.use_multiview:
+        raise Refusal("stereoscopy is not supported: switch it off in the output properties")
+    settings = settings_of(scene, engine.resolution_x, engine.resolution_y)
+
+    engine.update_stats("", "Exporting the scene")
+    snapshot = export_scene(depsgraph)
+    exported = time.perf_counter()
+    engine.update_stats("", "Preparing the scene")
+    prepared = prepare(snapshot, settings.film_transparent)
+    record.coverage = tuple(dict.fromkeys(chain(record.coverage, prepared.coverage)))
+    tell_coverage(engine, prepared.coverage, scene.pt_engine.strict)
+    if Session.observer.takes_over(prepared, settings):
+        return
+
+    x0, y0, x1, y1 = settings.window
+    meter = Meter(engine)
+    with Picture(engine, layer, (x1 - x0, y1 - y0)) as picture:
+
+        def on_progress(progress) -> None:
+            meter.tell(progress)
+            picture.show_progress(progress)
+
+        result = render(prepared, settings, on_progress, meter.should_stop)
+        picture.show(result.image())
+
+    stats = statistics(prepared, settings, result)
+    stats["versions"]["blender"] = bpy.app.version_string
+    stats["seconds"]["export"] = exported - started
+    stats["seconds"]["total"] = time.perf_counter() - started
+    record.layers[layer] = stats
+    tell_nonfinite(engine, stats)
+    if scene.pt_engine.stats_path:
+        write_json(bpy.path.abspath(scene.pt_engine.stats_path), record.statistics())
+
+
+class Meter:
+    """Passes progress on to Blender and to whoever else follows, not more often than anyone can read."""
+
+    def __init__(self, engine) -> None:
+        self.engine = engine
+        self.interval = STATUS_INTERVAL[bpy.app.background]
+        self.told = -self.interval
+
+    def tell(self, progress) -> None:
+        """After every unit of work."""
+        Session.observer.on_progress(progress)
+        if progress.elapsed - self.told >= self.interval:
+            self.told = progress.elapsed
+            self.engine.update_stats("", status(progress))
+            self.engine.update_progress(progress.fraction)
+
+    def should_stop(self) -> bool:
+        """Whether the user has had enough."""
+        return bool(self.engine.test_break()) or Session.observer.should_stop()
+
+
+def record_of(engine, scene) -> RenderRecord:
+    """The record of this frame: one for all its view layers, a new one for each new render."""
+    record = getattr(engine, "pt_record", None)
+    if record is None or record.frame != scene.frame_current:
+        record = RenderRecord(scene.frame_current, scene.name)
+        engine.pt_record = Session.last = record
+    return record
+
+
+def tell_coverage(engine, coverage, strict: bool) -> None:
+    """Warn of what is not rendered exactly, or refuse to render it."""
+    lines = coverage_lines(coverage)
+    if lines and strict:
+        raise Refusal("strict: this scene asks for what is not rendered exactly:\n  " + "\n  ".join(lines))
+    Session.observer.on_coverage(lines)
+    if lines:
+        shown = "\n  ".join(coverage_lines(coverage, LISTED))
+        engine.report({"WARNING"}, f"{len(inexact(coverage))} findings are not rendered exactly:\n  {shown}")
+
+
+def tell_nonfinite(engine, stats) -> None:
+    """Warn of samples that had to be dropped."""
+    number = stats["nonfinite"]["count"]
+    if number:
+        places = ", ".join(f"({s['x']}, {s['y']}) #{s['sample']}" for s in stats["nonfinite"]["samples"][:3])
+        text = f"{number} non-finite samples were dropped, the first at (x, y) #sample: {places}"
+        engine.report({"WARNING"}, text)

@@ -1,0 +1,66 @@
+"""What the panels' buttons do."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..scene.prepare import prepare
+from . import plugins
+from .export import ExportError, export_scene
+from .record import RenderRecord, Session
+from .words import inexact
+
+
+class PTENGINE_OT_load_integrators(bpy.types.Operator):
+    """Run the Python files named here and add their integrators to the list"""
+
+    bl_idname = "pt_engine.load_integrators"
+    bl_label = "Load Integrators"
+
+    def execute(self, context):
+        paths = plugins.SEPARATOR.join(
+            bpy.path.abspath(part.strip())
+            for part in context.scene.pt_engine.python_files.split(plugins.SEPARATOR)
+            if part.strip()
+        )
+        try:
+            names = plugins.load_all(paths)
+        except plugins.PluginError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self.report({"INFO"}, "Loaded " + ", ".join(names) if names else "No file is named")
+        return {"FINISHED"}
+
+
+class PTENGINE_OT_check_scene(bpy.types.Operator):
+    """List what of this scene is not rendered exactly, without rendering it"""
+
+    bl_idname = "pt_engine.check_scene"
+    bl_label = "Check the Scene"
+
+    def execute(self, context):
+        scene = context.scene
+        try:
+            prepared = prepare(export_scene(context.evaluated_depsgraph_get()), scene.render.film_transparent)
+        except ExportError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        record = RenderRecord(scene.frame_current, scene.name, coverage=tuple(prepared.coverage))
+        record.layers[context.view_layer.name] = {"features": dict(prepared.features)}
+        Session.checked = record
+        number = len(inexact(prepared.coverage))
+        self.report({"INFO"}, f"{number} findings" if number else "All of it is rendered exactly")
+        return {"FINISHED"}
+
+
+CLASSES = (PTENGINE_OT_load_integrators, PTENGINE_OT_check_scene)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,140 @@
+"""The engine's own properties, on every scene as `scene.pt_engine`."""
+
+from __future__ import annotations
+
+import zlib
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+from ..core.samplers import SAMPLERS
+from ..render import integrators  # noqa: F401  fills the registry
+from ..render.integrator import INTEGRATORS
+
+DEFAULT_INTEGRATOR = "path"
+_items: list[tuple] = []  # Blender does not keep the strings of a dynamic enum: this does
+
+
+def integrator_items(self, context):
+    """The registry as an enum. A .blend stores an item's number, so numbers are made from names."""
+    _items[:] = [
+        (name, cls.label or name, cls.description, "", integrator_number(name))
+        for name, cls in INTEGRATORS.items()
+    ]
+    return _items
+
+
+def integrator_number(name: str) -> int:
+    """0 for the default, else one that depends on the name alone."""
+    return 0 if name == DEFAULT_INTEGRATOR else zlib.crc32(name.encode()) & 0x7FFFFFFF
+
+
+SAMPLER_TEXTS = {
+    "SOBOL": ("Sobol", "Owen-scrambled Sobol points: less noise for the same number of samples"),
+    "INDEPENDENT": ("Independent", "Independent random numbers: the plain Monte Carlo method"),
+}
+
+
+class PTEngineSettings(bpy.types.PropertyGroup):
+    """Settings of PT Engine; each is also a key of the command line's --set."""
+
+    integrator: EnumProperty(
+        name="Integrator",
+        description="How light transport is estimated",
+        items=integrator_items,
+    )
+    samples: IntProperty(
+        name="Samples",
+        description="Samples for each pixel; 0 for no limit (then give a time limit, or stop it yourself)",
+        default=64,
+        min=0,
+        soft_max=4096,
+    )
+    seconds: FloatProperty(
+        name="Time Limit",
+        description="Seconds after which rendering ends, whatever the samples; 0 for no limit",
+        default=0.0,
+        min=0.0,
+        unit="TIME_ABSOLUTE",
+    )
+    seed: IntProperty(
+        name="Seed",
+        description="Another seed gives other noise; the same seed gives the same image, bit for bit",
+        default=0,
+        min=0,
+    )
+    sampler: EnumProperty(
+        name="Sampler",
+        description="Where the random numbers come from",
+        items=[(name, *SAMPLER_TEXTS.get(name, (name.title(), ""))) for name in SAMPLERS],
+        default="SOBOL",
+    )
+    max_depth: IntProperty(
+        name="Max Depth",
+        description="Longest light path, in edges: 1 shows emitters only, 2 adds direct light, "
+        "each further one a bounce",
+        default=13,
+        min=1,
+        soft_max=64,
+        max=1024,
+    )
+    rr_depth: IntProperty(
+        name="Roulette Depth",
+        description="From this depth on, dim paths end by Russian roulette: faster, and without bias",
+        default=4,
+        min=1,
+        soft_max=64,
+        max=1024,
+    )
+    transparent_depth: IntProperty(
+        name="Transparent Depth",
+        description="How many transparent surfaces a path or a shadow ray passes at most; "
+        "they are no bounces",
+        default=8,
+        min=0,
+        max=1024,
+    )
+    pixel_filter: EnumProperty(
+        name="Pixel Filter",
+        description="How much each point around a pixel counts in it",
+        items=[
+            ("FILE", "From the File", "Type and width as set for Cycles, else Blackman-Harris"),
+            ("BLACKMAN_HARRIS", "Blackman-Harris", "Smooth, hardly any ringing"),
+            ("GAUSSIAN", "Gaussian", "A bell curve"),
+            ("BOX", "Box", "The pixel's own square"),
+        ],
+        default="FILE",
+    )
+    filter_width: FloatProperty(
+        name="Filter Width",
+        description="Width of the pixel filter in pixels (a box is always one pixel wide)",
+        default=1.5,
+        min=0.01,
+        max=10.0,
+        subtype="PIXEL",
+    )
+    strict: BoolProperty(
+        name="Strict",
+        description="Refuse to render a scene with anything that is not rendered exactly, and list it",
+        default=False,
+    )
+    stats_path: StringProperty(
+        name="Statistics File",
+        description="Write the render's statistics to this file, as JSON",
+        subtype="FILE_PATH",
+    )
+    python_files: StringProperty(
+        name="Integrator Files",
+        description="Python files with integrators of your own, separated by semicolons. "
+        "They are run only when you press Load, never because a .blend says so",
+    )
+
+
+def register() -> None:
+    bpy.utils.register_class(PTEngineSettings)
+    bpy.types.Scene.pt_engine = PointerProperty(type=PTEngineSettings)
+
+
+def unregister() -> None:
+    del bpy.types.Scene.pt_engine
+    bpy.utils.unregister_class(PTEngineSettings)

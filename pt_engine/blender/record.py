@@ -1,0 +1,92 @@
+"""What the last renders told about themselves: for the panels, for stats.json and for the command line."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+SUMMED = ("export", "build", "render", "write", "total")
+
+
+class Observer:
+    """Follows renders; the command line puts its own in place of this, which does nothing."""
+
+    def takes_over(self, scene, settings) -> bool:
+        """Called when the scene is prepared; True if nothing is to be rendered."""
+        return False
+
+    def on_coverage(self, lines: list[str]) -> None:
+        """Before the first pass: what is not rendered exactly."""
+
+    def on_progress(self, progress) -> None:
+        """After every unit of work."""
+
+    def should_stop(self) -> bool:
+        """Asked after every unit of work."""
+        return False
+
+    def on_failure(self, message: str) -> None:
+        """The render has failed."""
+
+
+@dataclass
+class RenderRecord:
+    """One frame: the statistics of each view layer, in the order rendered."""
+
+    frame: int
+    scene: str
+    layers: dict[str, dict[str, Any]] = field(default_factory=dict)
+    coverage: tuple[Any, ...] = ()
+    failure: str = ""
+
+    def statistics(self) -> dict[str, Any]:
+        """Of the first layer; with several, times and rays are sums and `layers` has each."""
+        if not self.layers:
+            return {}
+        every = list(self.layers.values())
+        merged = {**every[0], "frame": self.frame, "scene": self.scene}
+        if len(every) > 1:
+            merged["seconds"] = {k: sum(s["seconds"].get(k, 0.0) for s in every) for k in SUMMED}
+            kinds = sorted({kind for s in every for kind in s["rays"]})
+            merged["rays"] = {kind: sum(s["rays"].get(kind, 0) for s in every) for kind in kinds}
+            merged["layers"] = self.layers
+        return merged
+
+
+class Session:
+    """The state of this Blender: who follows, and what was rendered last."""
+
+    observer = Observer()
+    last: RenderRecord | None = None
+    checked: RenderRecord | None = None
+
+
+def write_json(path: str | os.PathLike[str], statistics: dict[str, Any]) -> None:
+    """Write the whole file or nothing: a reader never sees half of it."""
+    path = Path(path)
+    text = json.dumps(finite(statistics), indent=2, allow_nan=False) + "\n"
+    handle, part = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        Path(part).chmod(0o644)
+        Path(part).replace(path)
+    except BaseException:
+        Path(part).unlink(missing_ok=True)
+        raise
+
+
+def finite(value: Any) -> Any:
+    """JSON has no infinity and no NaN: they become null."""
+    if isinstance(value, dict):
+        return {str(key): finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(item) for item in value]
+    if isinstance(value, (str, bool, int)) or value is None:
+        return value
+    number = float(value)
+    return number if abs(number) < float("inf") else None

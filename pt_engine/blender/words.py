@@ -1,0 +1,73 @@
+"""Progress, times and findings in words: for Blender's status bar, its reports and the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+
+LISTED = 5
+
+
+def duration(seconds: float) -> str:
+    """`3.2 s`, `4:07` or `1:02:33`."""
+    if not math.isfinite(seconds):
+        return "?"
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+def count(number: float) -> str:
+    """Three digits and a unit: `12.3 M`."""
+    for limit, unit in ((1e9, " G"), (1e6, " M"), (1e3, " k")):
+        if number >= limit:
+            return f"{number / limit:.3g}{unit}"
+    return f"{number:.3g}"
+
+
+def status(progress) -> str:
+    """Samples, times and speed in one line."""
+    total = f"/{progress.total_samples}" if progress.total_samples else ""
+    parts = [f"Sample {progress.samples}{total}", duration(progress.elapsed)]
+    if math.isfinite(progress.remaining):
+        parts.append(f"remaining {duration(progress.remaining)}")
+    parts.append(f"{progress.rays_per_second * 1e-6:.1f} Mrays/s")
+    if progress.nonfinite_count:
+        parts.append(f"{progress.nonfinite_count} non-finite samples dropped")
+    return " | ".join(parts)
+
+
+def estimated_error(error: dict) -> str:
+    """The relative root-mean-square error with its interval, from stats' `error`; "" where there is none."""
+    relative = (error or {}).get("relmse")
+    if relative is None or not math.isfinite(relative):
+        return ""
+    low, high = (error.get("relmse_ci95") or (None, None))[:2]
+    text = f"{math.sqrt(max(relative, 0.0)):.2%} relative RMS"
+    if low is not None and high is not None and math.isfinite(high):
+        text += f" (95 %: {math.sqrt(max(low, 0.0)):.2%} to {math.sqrt(max(high, 0.0)):.2%})"
+    return text
+
+
+def inexact(coverage) -> list:
+    """The entries that are not exact."""
+    return [entry for entry in coverage if entry.state != "exact"]
+
+
+def coverage_lines(coverage, limit: int = 0) -> list[str]:
+    """One line for each kind of finding, with the materials that have it; at most `limit` lines if given."""
+    where = defaultdict(dict)
+    for entry in inexact(coverage):
+        kind = entry.node.rsplit("/", 1)[-1]
+        where[kind, entry.state, entry.effect][entry.material] = None
+    lines = []
+    for (node, state, effect), materials in where.items():
+        names = list(materials)
+        more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+        place = ", ".join(names[:3]) + more
+        lines.append(": ".join(part for part in (f"{place}", f"{node} {state}", effect) if part))
+    if limit and len(lines) > limit:
+        lines[limit:] = [f"and {len(lines) - limit} more (all in the Coverage panel)"]
+    return lines
