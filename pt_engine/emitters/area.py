@@ -133,8 +133,9 @@ class _Areas:
 
     def _dim(self, row: Index | None, tan: Float32, x: Float32, y: Float32, height: Float32) -> Float32:
         """How the spread changes the radiance toward (x, y) of the lamp's plane."""
-        dim: Float32 = (tan - np.sqrt(x * x + y * y) / height) * at(self._narrow, row)
-        return np.maximum(dim, 0.0)
+        off: Float32 = np.sqrt(x * x + y * y)
+        dim: Float32 = np.maximum((tan - off / height) * at(self._narrow, row), 0.0)
+        return dim
 
     def _cross(self, row: int, o: Float32, d: Float32, t: Float32) -> Crossing:
         """Lanes that pass the lamp's plane from its bright side before `t`."""
@@ -179,6 +180,12 @@ def toward(axes: Axes, x: Float32, y: Float32, height: Float32, distance: Float3
     wo -= height * axes.z
     wo /= distance
     return wo
+
+
+def above(omega: Float32) -> Float32:
+    """Solid angles that can be divided by."""
+    raised: Float32 = np.maximum(omega, SMALLEST)
+    return raised
 
 
 class Beams(_Areas):
@@ -253,15 +260,15 @@ def square_to_spherical_rectangle(r: Rectangle, u: Float32, v: Float32) -> tuple
     omega, angle = solid_angle(r)
     angle += u * omega
     sin = np.sin(angle)
-    r0 = 1.0 / np.sqrt(r.y0 * r.y0 + r.height_squared)
+    r0: Float32 = np.reciprocal(np.sqrt(r.y0 * r.y0 + r.height_squared))
     part = r.y1 / np.sqrt(r.y1 * r.y1 + r.height_squared)
     part -= r.y0 * r0 * np.cos(angle)
     sin *= r.height
     r0 *= sin
     part *= part
     part -= r0 * r0
-    x: Float32 = sin / np.sqrt(np.maximum(part, 1e-30))
-    x = np.minimum(np.maximum(x, r.x0), r.x1)
+    sin /= np.sqrt(np.maximum(part, 1e-30))
+    x: Float32 = np.minimum(np.maximum(sin, r.x0), r.x1)
     d2 = x * x
     d2 += r.height_squared
     h0 = r.y0 / np.sqrt(d2 + r.y0 * r.y0)
@@ -269,8 +276,9 @@ def square_to_spherical_rectangle(r: Rectangle, u: Float32, v: Float32) -> tuple
     hv -= h0
     hv *= v
     hv += h0
-    y: Float32 = hv * np.sqrt(d2 / np.maximum(1.0 - hv * hv, 1e-12))
-    return x, np.minimum(np.maximum(y, r.y0), r.y1), omega
+    d2 /= np.maximum(1.0 - hv * hv, 1e-12)
+    hv *= np.sqrt(d2)
+    return x, np.minimum(np.maximum(hv, r.y0), r.y1), omega
 
 
 class Rectangles(_Areas):
@@ -304,11 +312,11 @@ class Rectangles(_Areas):
         squared = x * x
         squared += y * y
         squared += r.height_squared
-        distance = np.sqrt(squared)
+        distance: Float32 = np.sqrt(squared)
         if small.size:
             omega[small] = s.area * s.height / (squared.take(small) * distance.take(small))
         omega *= lit
-        pdf: Float32 = at(self._chance, row) / np.maximum(omega, SMALLEST)
+        pdf = at(self._chance, row) / above(omega)
         if tan is not None:
             omega *= self._dim(row, tan, x, y, r.height)
         return Draw(toward(axes, x, y, r.height, distance), distance, at(self._weight, row) * omega, pdf)
@@ -323,11 +331,11 @@ class Rectangles(_Areas):
         r, lit = self._bright_part(tan, met.seen)
         omega, _ = solid_angle(r)
         small = np.flatnonzero(omega < SMALL_SOLID_ANGLE)
-        omega[small] = (r.area * r.height / np.maximum(met.s**3, 1e-30)).take(small)
+        omega[small] = (r.area * r.height / np.maximum(met.s * met.s * met.s, 1e-30)).take(small)
         radiance = at(self._radiance, only) * lit
         if tan is not None:
             radiance *= self._dim(only, tan, met.x, met.y, r.height)
-        return Hits(met.lanes, radiance, self._chance[row] * lit / np.maximum(omega, SMALLEST))
+        return Hits(met.lanes, radiance, self._chance[row] * lit / above(omega))
 
 
 class Ellipses(_Areas):
@@ -360,11 +368,11 @@ class Ellipses(_Areas):
         x = region.x + region.half_x * radius * np.cos(phi)
         y = region.y + region.half_y * radius * np.sin(phi)
         squared = x * x + y * y + seen.height * seen.height
-        distance = np.sqrt(squared)
+        distance: Float32 = np.sqrt(squared)
         surface = float(np.pi) * region.half_x * region.half_y
         omega = surface * seen.height / (squared * distance)
         omega *= lit
-        pdf: Float32 = at(self._chance, row) / np.maximum(omega, SMALLEST)
+        pdf = at(self._chance, row) / above(omega)
         if tan is not None:
             omega *= self._shine(row, tan, seen, x, y)
         return Draw(toward(axes, x, y, seen.height, distance), distance, at(self._weight, row) * omega, pdf)
@@ -377,8 +385,9 @@ class Ellipses(_Areas):
         only = np.array([row])
         tan = None if self._tan is None else at(self._tan, only)
         region = self._region(tan, met.seen)
-        omega = float(np.pi) * region.half_x * region.half_y * region.height / np.maximum(met.s**3, 1e-30)
+        cubed: Float32 = np.maximum(met.s * met.s * met.s, 1e-30)
+        omega = float(np.pi) * region.half_x * region.half_y * region.height / cubed
         radiance = np.repeat(at(self._radiance, only), met.lanes.size, axis=1)
         if tan is not None:
             radiance *= self._shine(only, tan, met.seen, met.x, met.y)
-        return Hits(met.lanes, radiance, self._chance[row] / np.maximum(omega, SMALLEST))
+        return Hits(met.lanes, radiance, self._chance[row] / above(omega))

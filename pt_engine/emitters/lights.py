@@ -20,6 +20,8 @@ from .environment import Environment
 from .parts import EnvironmentPart, Part, lamp_parts, traits
 from .triangle import TriangleEmitters, Triangles
 
+LAMPS = ("point", "spot", "sun", "area")
+
 
 class LightSample(NamedTuple):
     """One direction per lane toward some emitter.
@@ -141,7 +143,7 @@ class Lights:
     def _describe(self, lamps: Sequence[Lamp]) -> Description:
         """What there is."""
         kinds = [lamp.data.kind.lower() for lamp in lamps]
-        counts = {kind: kinds.count(kind) for kind in ("point", "spot", "sun", "area") if kind in kinds}
+        counts: dict[str, int] = {kind: kinds.count(kind) for kind in LAMPS if kind in kinds}
         if self._triangles is not None:
             counts["triangle"] = self._triangles.count
         if self._environment is not None:
@@ -174,10 +176,10 @@ class Lights:
         if self._alias is None:
             part = self._parts[0]
             return _light_sample(part.sample(None, p, u[1], u[2]), part.delta, 0)
-        chosen: NDArray[np.int32] = self._alias.sample(u[0])[0]
+        chosen = self._alias.sample(u[0])[0]
         if len(self._parts) == 1:
             part = self._parts[0]
-            return _light_sample(part.sample(chosen, p, u[1], u[2]), part.delta, chosen)
+            return _light_sample(part.sample(chosen.astype(np.intp), p, u[1], u[2]), part.delta, chosen)
         return self._sample_mixed(chosen, p, u)
 
     def _sample_mixed(self, chosen: NDArray[np.int32], p: Float32, u: Float32) -> LightSample:

@@ -53,8 +53,8 @@ class DeltaPoints(Points):
     def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
         """The one direction there is; nearer than 10⁻⁹ m counts as 10⁻⁹ m."""
         wo = at(self._centre, row) - p
-        squared = np.maximum(dot(wo, wo), 1e-18)
-        inverse = 1.0 / np.sqrt(squared)
+        squared: Float32 = np.maximum(dot(wo, wo), 1e-18)
+        inverse: Float32 = np.reciprocal(np.sqrt(squared))
         wo *= inverse
         falloff = inverse * inverse
         pdf = np.empty_like(squared)
@@ -80,11 +80,13 @@ class SphereLamps(Points):
 
     def _cone(self, to_centre: Float32, radius_squared: Float32) -> Cone:
         """The cone; sin² / (1 + cos) for 1 − cos keeps the digits of the smallest ones."""
-        squared = np.maximum(dot(to_centre, to_centre), TINY)
+        squared: Float32 = np.maximum(dot(to_centre, to_centre), TINY)
         inside = (squared <= radius_squared).astype(np.float32)
-        sin_squared = np.minimum(radius_squared / squared, 1.0)
-        one_minus_cos: Float32 = sin_squared / (1.0 + np.sqrt(1.0 - sin_squared)) + inside
-        axis = to_centre / np.sqrt(squared)
+        sin_squared: Float32 = np.minimum(radius_squared / squared, 1.0)
+        cos: Float32 = np.sqrt(1.0 - sin_squared)
+        one_minus_cos = sin_squared / (1.0 + cos) + inside
+        distance: Float32 = np.sqrt(squared)
+        axis = to_centre / distance
         axis[2] += squared <= TINY  # at the very centre any axis will do
         return Cone(axis, squared, inside, one_minus_cos)
 
@@ -165,4 +167,7 @@ def around(axis: Float32, cos: Float32, sin: Float32, v: Float32) -> Float32:
     """(3, N) unit vectors at polar angle θ (`cos`, `sin`) from `axis`, turned about it by 2π·v."""
     s, t = frame(axis)
     phi = TWO_PI * v
-    return cos * axis + (sin * np.cos(phi)) * s + (sin * np.sin(phi)) * t
+    wo: Float32 = (sin * np.cos(phi)) * s
+    wo += (sin * np.sin(phi)) * t
+    wo += cos * axis
+    return wo

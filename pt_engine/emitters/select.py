@@ -38,8 +38,8 @@ def lamp_power(lamp: Lamp, scene_radius: float) -> float:
 def triangle_power(triangles: TriangleEmitters) -> Float64:
     """(T,) watts of both sides; a varying emission that is estimated as black counts a little."""
     finite = np.nan_to_num(triangles.radiance.astype(np.float64), posinf=0.0, neginf=0.0)
-    radiance = np.abs(finite).mean(axis=1)
-    floor = 1e-3 * float(radiance.max(initial=0.0)) or 1.0
+    radiance: Float64 = np.asarray(np.abs(finite).mean(axis=1))
+    floor = 1e-3 * float(np.max(radiance)) if radiance.any() else 1.0
     radiance[triangles.varies] = np.maximum(radiance[triangles.varies], floor)
     return np.asarray(2.0 * np.pi * triangles.areas() * radiance, np.float64)
 
@@ -49,4 +49,5 @@ def probabilities(power: Float64) -> Float64:
     shining = power > 0.0
     if not shining.any():
         return np.zeros_like(power)
-    return (1.0 - EVEN_SHARE) * power / power.sum() + EVEN_SHARE * shining / shining.sum()
+    even = shining / float(shining.sum())
+    return np.asarray((1.0 - EVEN_SHARE) * power / float(power.sum()) + EVEN_SHARE * even, np.float64)

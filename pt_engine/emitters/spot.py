@@ -16,7 +16,7 @@ import numpy as np
 
 from ..core.vectors import dot
 from .base import Draw, Float32, Float64, Hits, Index, Lamp, at, columns, one, scalars
-from .point import TWO_PI, DeltaPoints, DiskLamps, Points, SphereLamps, around
+from .point import TWO_PI, DeltaPoints, DiskLamps, SphereLamps, around
 
 
 class Beam:
@@ -43,8 +43,21 @@ class Beam:
         return self(np.full(d.shape[1], row, np.intp), d)
 
 
-class _Spots(Points):
-    """Adds a beam to a kind of point lamps."""
+class DeltaSpots(DeltaPoints):
+    """Spots without size."""
+
+    def __init__(self, lamps: Sequence[Lamp], chance: Float64) -> None:
+        super().__init__(lamps, chance)
+        self._beam = Beam(lamps)
+
+    def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
+        """As the point lamp, dimmed."""
+        draw = super().sample(row, p, u, v)
+        return draw._replace(weight=draw.weight * self._beam(row, draw.wo))
+
+
+class DiskSpots(DiskLamps):
+    """Spots with soft falloff."""
 
     def __init__(self, lamps: Sequence[Lamp], chance: Float64) -> None:
         super().__init__(lamps, chance)
@@ -59,14 +72,6 @@ class _Spots(Points):
         """As the point lamp, dimmed."""
         hits = super().hits(row, o, d, t)
         return hits._replace(radiance=hits.radiance * self._beam.of(row, d.take(hits.lanes, axis=1)))
-
-
-class DeltaSpots(_Spots, DeltaPoints):
-    """Spots without size."""
-
-
-class DiskSpots(_Spots, DiskLamps):
-    """Spots with soft falloff."""
 
 
 def widest(lamp: Lamp) -> float:

@@ -112,4 +112,6 @@ class Triangles:
     def pdf(self, triangle: Index, t: Float32, cos_light: Float32) -> Float32:
         """(n,) density of `sample` for a ray that meets `triangle` after `t` at |cos| `cos_light`."""
         density = self._chance_over_area.take(triangle, mode="clip")
-        return density * (t * t) / np.maximum(cos_light, 1e-12)
+        density *= t * t
+        density /= np.maximum(cos_light, 1e-12)
+        return density
