@@ -1,19 +1,38 @@
 """Whether a snapshot is what its types say: for snapshots that come from outside.
 
-Types come from the annotations of the dataclasses; shapes, index ranges and links are checked here by
-hand, since an index past its array would be a wild read inside Embree.
+Types come from the annotations of the dataclasses, as they are written there. Shapes, index ranges and
+links are checked here by hand, since an index past its array would be a wild read inside Embree.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import types
-import typing
 from typing import Any
 
 import numpy as np
 
 from . import snapshot as data
+
+ARRAYS: dict[str, type[np.generic]] = {
+    "Float32": np.float32,
+    "Float64": np.float64,
+    "Int32": np.int32,
+    "NDArray[np.uint8]": np.uint8,
+}
+SCALARS: dict[str, tuple[type, ...]] = {"str": (str,), "bool": (bool,), "int": (int,), "float": (float, int)}
+CLASSES: dict[str, type] = {
+    cls.__name__: cls
+    for cls in (
+        data.Snapshot,
+        data.MeshData,
+        data.Instances,
+        data.Graph,
+        data.Node,
+        data.ImageData,
+        data.LightData,
+        data.CameraData,
+    )
+}
 
 
 class SnapshotError(ValueError):
@@ -62,61 +81,64 @@ def within(array: Any, count: int, what: str) -> None:
 
 def check_types(value: Any, where: str) -> None:
     """Check every field of a dataclass against its annotation."""
-    hints = typing.get_type_hints(type(value), vars(data) | {"np": np})
     for field in dataclasses.fields(value):
-        check_value(getattr(value, field.name), hints[field.name], f"{where}.{field.name}")
+        check_value(getattr(value, field.name), str(field.type), f"{where}.{field.name}")
 
 
-def check_value(value: Any, hint: Any, where: str) -> None:
-    """Check one value against a type hint, as deep as it goes."""
-    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
-    if origin in (typing.Union, types.UnionType):
-        return check_union(value, arguments, where)
-    if origin is np.ndarray:
-        wanted = typing.get_args(arguments[1])[0]
-        require(
-            isinstance(value, np.ndarray) and value.dtype == wanted, f"{where} is no {wanted.__name__} array"
-        )
-    elif origin is tuple:
-        check_tuple(value, arguments, where)
-    elif origin is dict:
-        require(isinstance(value, dict), f"{where} is no dict")
-        for key, item in value.items():
-            check_value(item, arguments[1], f"{where}[{key!r}]")
-    elif dataclasses.is_dataclass(hint):
-        require(type(value) is hint, f"{where} is a {type(value).__name__}")
+def check_value(value: Any, kind: str, where: str) -> None:
+    """Check one value against an annotation of `snapshot`, as deep as it goes."""
+    if kind.endswith(" | None"):
+        if value is None:
+            return
+        kind = kind.removesuffix(" | None")
+    if kind in ARRAYS:
+        fits = isinstance(value, np.ndarray) and value.dtype == ARRAYS[kind]
+        require(fits, f"{where} is no array of {ARRAYS[kind].__name__}")
+    elif kind in SCALARS:
+        require(type(value) in SCALARS[kind], f"{where} is a {type(value).__name__}")
+    elif kind in CLASSES:
+        require(type(value) is CLASSES[kind], f"{where} is a {type(value).__name__}")
         check_types(value, where)
-    elif hint is data.Link:
-        require(type(value) is data.Link, f"{where} is no link")
-        check_value(value.node, int, where)
-        check_value(value.socket, str, where)
-    elif hint is object:
+    elif kind == "Link":
+        require(type(value) is data.Link and type(value.node) is int, f"{where} is no link")
+        require(type(value.socket) is str, f"{where} is no link")
+    elif kind == "Value | Link":
+        check_value(value, "Link" if type(value) is data.Link else "object", where)
+    elif kind == "object":
         check_plain(value, where)
-    elif hint is float:
-        require(type(value) in (float, int), f"{where} is no number")
+    elif kind.startswith("tuple["):
+        check_tuple(value, parts_of(kind), where)
     else:
-        require(type(value) is (hint or type(None)), f"{where} is a {type(value).__name__}")
-    return None
+        check_dict(value, parts_of(kind), where)
 
 
-def check_union(value: Any, options: tuple[Any, ...], where: str) -> None:
-    """Check that one of the options fits."""
-    for option in options:
-        try:
-            return check_value(value, option, where)
-        except SnapshotError:
-            continue
-    raise SnapshotError(f"malformed: {where} is a {type(value).__name__}")
+def parts_of(kind: str) -> list[str]:
+    """What stands between the brackets of ``tuple[...]`` or ``dict[...]``, split at the outer commas."""
+    parts, depth = [""], 0
+    for letter in kind[kind.index("[") + 1 : -1]:
+        depth += {"[": 1, "]": -1}.get(letter, 0)
+        if letter == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return [part.strip() for part in parts]
 
 
-def check_tuple(value: Any, arguments: tuple[Any, ...], where: str) -> None:
+def check_tuple(value: Any, kinds: list[str], where: str) -> None:
     """Check a tuple of a fixed or any length."""
     require(type(value) is tuple, f"{where} is no tuple")
-    if arguments[-1] is Ellipsis:
-        arguments = arguments[:1] * len(value)
-    require(len(value) == len(arguments), f"{where} has {len(value)} items")
-    for number, (item, hint) in enumerate(zip(value, arguments, strict=True)):
-        check_value(item, hint, f"{where}[{number}]")
+    if kinds[-1] == "...":
+        kinds = kinds[:1] * len(value)
+    require(len(value) == len(kinds), f"{where} has {len(value)} items")
+    for number, (item, kind) in enumerate(zip(value, kinds, strict=True)):
+        check_value(item, kind, f"{where}[{number}]")
+
+
+def check_dict(value: Any, kinds: list[str], where: str) -> None:
+    """Check a dict's values (its keys are strings already)."""
+    require(type(value) is dict, f"{where} is no dict")
+    for key, item in value.items():
+        check_value(item, kinds[1], f"{where}[{key!r}]")
 
 
 def check_plain(value: Any, where: str) -> None:

@@ -26,24 +26,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import snapshot as data
-from .snapshot_check import SnapshotError, check
+from .snapshot_check import CLASSES, SnapshotError, check
 
 FORMAT = "pt_engine snapshot"
 VERSION = 1
 HEADER = "snapshot.json"
-CLASSES = {
-    cls.__name__: cls
-    for cls in (
-        data.Snapshot,
-        data.MeshData,
-        data.Instances,
-        data.Graph,
-        data.Node,
-        data.ImageData,
-        data.LightData,
-        data.CameraData,
-    )
-}
 DTYPES = {np.dtype(name) for name in ("<f4", "<f8", "<i4", "|u1")}
 MALFORMED = (  # what the standard library raises on broken files
     zipfile.BadZipFile,

@@ -9,11 +9,14 @@ import pytest
 bpy = pytest.importorskip("bpy")
 from bpy_extras.object_utils import world_to_camera_view  # noqa: E402
 from mathutils import Matrix, Vector  # noqa: E402
-from pt_engine.blender.export import ExportError  # noqa: E402
 from support.bpy_scenes import add, empty_scene, export  # noqa: E402
 
+from pt_engine.blender.export import ExportError  # noqa: E402
+
 POINTS = np.random.default_rng(1).uniform(-3, 3, (40, 3))
-CASES = list(itertools.product(("AUTO", "HORIZONTAL", "VERTICAL"), ((320, 200), (200, 320)), ("PERSP", "ORTHO")))
+CASES = list(
+    itertools.product(("AUTO", "HORIZONTAL", "VERTICAL"), ((320, 200), (200, 320)), ("PERSP", "ORTHO"))
+)
 
 
 def projected(camera, point):

@@ -5,7 +5,6 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 from mathutils import Matrix  # noqa: E402
-from pt_engine.scene.snapshot import Visibility  # noqa: E402
 from support.bpy_scenes import (  # noqa: E402
     add,
     cube,
@@ -17,6 +16,8 @@ from support.bpy_scenes import (  # noqa: E402
     rows_of,
     world_triangles,
 )
+
+from pt_engine.scene.snapshot import Visibility  # noqa: E402
 
 
 @pytest.fixture(autouse=True)

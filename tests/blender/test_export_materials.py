@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
-from pt_engine.scene.snapshot import Link  # noqa: E402
 from support.bpy_scenes import add, cube, empty_scene, export, export_in_render  # noqa: E402
+
+from pt_engine.scene.snapshot import Link  # noqa: E402
 
 BLENDER_5 = bpy.app.version >= (5, 0, 0)
 

@@ -2,6 +2,7 @@
 
 import bpy
 import numpy as np
+
 from pt_engine.blender.export import export_scene
 
 

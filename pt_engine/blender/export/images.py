@@ -5,6 +5,7 @@ A missing image has neither, and says so in `problem`: the engine shows it pink,
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import bpy
@@ -61,7 +62,7 @@ def export_image(image, path: str) -> ImageData:
         return from_pixels(original, common)
     packed = original.packed_files
     if len(packed):
-        data = np.frombuffer(packed[0].data, np.uint8)
+        data = np.frombuffer(packed[0].packed_file.data, np.uint8)
         return ImageData(encoded=data, suffix=Path(path).suffix.lower(), **common)
     if not path:
         return ImageData(problem="no file is set", **common)
@@ -106,8 +107,6 @@ def file_path(image, user=None) -> str:
 
 def ocio_config() -> str:
     """The OpenColorIO config that this Blender works with."""
-    import os
-
     if os.environ.get("OCIO"):
         return os.environ["OCIO"]
     for kind in ("LOCAL", "SYSTEM"):

@@ -1,6 +1,6 @@
 """Object Info's Random of an object that isn't an instance: a hash of its name, the same as in Cycles.
 
-`name_hash` is Blender's string hash (h = 37·h + c over the bytes as signed characters), `jenkins` the final
+`name_hash` is Blender's string hash (h = 37·h + c over its UTF-8 bytes), `jenkins` the final
 mixing of Bob Jenkins' lookup3 (2006, public domain) over the pair (kx, 0).
 """
 
@@ -29,7 +29,7 @@ def name_hash(name: str) -> int:
     """32-bit hash of a name."""
     result = 0
     for byte in name.encode():
-        result = (result * 37 + (byte if byte < 128 else byte - 256)) & MASK
+        result = (result * 37 + byte) & MASK
     return result
 
 
