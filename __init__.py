@@ -15,8 +15,8 @@ def register():
         if missing not in ("embreex", "OpenImageIO"):
             raise
         raise RuntimeError(
-            f"PT Engine needs the Python module {missing}, and it is not here. Install the zip that was built for "
-            "this system and this version of Blender, or run scripts/build on this machine."
+            f"PT Engine needs the Python module {missing}, and it is not here. Install the zip built "
+            "for this system and this version of Blender, or run scripts/build on this machine."
         ) from error
 
 

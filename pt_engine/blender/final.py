@@ -16,7 +16,7 @@ from .picture import Picture
 from .record import RenderRecord, Session, write_json
 from .refusal import Refusal
 from .settings import settings_of
-from .words import LISTED, coverage_lines, inexact, status
+from .words import coverage_lines, inexact, shortened, status
 
 STATUS_INTERVAL = {False: 0.2, True: 2.0}  # seconds; in background mode each one is a line on the terminal
 
@@ -96,16 +96,19 @@ def tell_coverage(engine, coverage, strict: bool) -> None:
     lines = coverage_lines(coverage)
     if lines and strict:
         raise Refusal("strict: this scene asks for what is not rendered exactly:\n  " + "\n  ".join(lines))
-    Session.observer.on_coverage(lines)
     if lines:
-        shown = "\n  ".join(coverage_lines(coverage, LISTED))
-        engine.report({"WARNING"}, f"{len(inexact(coverage))} findings are not rendered exactly:\n  {shown}")
+        warn(engine, f"{len(inexact(coverage))} findings are not rendered exactly:", lines)
 
 
 def tell_nonfinite(engine, stats) -> None:
     """Warn of samples that had to be dropped."""
-    number = stats["nonfinite"]["count"]
-    if number:
-        places = ", ".join(f"({s['x']}, {s['y']}) #{s['sample']}" for s in stats["nonfinite"]["samples"][:3])
-        text = f"{number} non-finite samples were dropped, the first at (x, y) #sample: {places}"
-        engine.report({"WARNING"}, text)
+    dropped = stats["nonfinite"]["samples"]
+    if number := stats["nonfinite"]["count"]:
+        lines = [f"pixel {sample['x']},{sample['y']}, sample {sample['sample']}" for sample in dropped]
+        warn(engine, f"{number} non-finite samples were dropped, the first of them:", lines)
+
+
+def warn(engine, headline: str, lines: list[str]) -> None:
+    """Tell the observer all of it, or else Blender's user the first few lines."""
+    if not Session.observer.on_warning(headline, lines):
+        engine.report({"WARNING"}, "\n  ".join([headline, *shortened(lines)]))

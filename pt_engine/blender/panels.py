@@ -6,7 +6,7 @@ import bpy
 
 from .compatibility import ENGINE
 from .record import Session
-from .words import count, coverage_lines, duration, estimated_error
+from .words import count, coverage_lines, duration, estimated_error, shortened
 
 LINES = 24  # of a listing
 
@@ -105,8 +105,8 @@ class PTENGINE_RENDER_PT_coverage(RenderPanel, bpy.types.Panel):
         record = Session.checked or Session.last
         if record is None:
             return
-        lines = coverage_lines(record.coverage, LINES)
-        listing(layout, lines or ["All of it is rendered exactly"])
+        lines = coverage_lines(record.coverage)
+        listing(layout, shortened(lines, LINES) or ["All of it is rendered exactly"])
 
 
 class PTENGINE_RENDER_PT_statistics(RenderPanel, bpy.types.Panel):

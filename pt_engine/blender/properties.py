@@ -30,8 +30,8 @@ def integrator_number(name: str) -> int:
 
 
 SAMPLER_TEXTS = {
-    "SOBOL": ("Sobol", "Owen-scrambled Sobol points: less noise for the same number of samples"),
-    "INDEPENDENT": ("Independent", "Independent random numbers: the plain Monte Carlo method"),
+    "sobol": ("Sobol", "Owen-scrambled Sobol points: less noise for the same number of samples"),
+    "independent": ("Independent", "Independent random numbers: the plain Monte Carlo method"),
 }
 
 
@@ -66,8 +66,8 @@ class PTEngineSettings(bpy.types.PropertyGroup):
     sampler: EnumProperty(
         name="Sampler",
         description="Where the random numbers come from",
-        items=[(name, *SAMPLER_TEXTS.get(name, (name.title(), ""))) for name in SAMPLERS],
-        default="SOBOL",
+        items=[(name, *SAMPLER_TEXTS.get(name.lower(), (name.title(), ""))) for name in SAMPLERS],
+        default=next(iter(SAMPLERS)),
     )
     max_depth: IntProperty(
         name="Max Depth",

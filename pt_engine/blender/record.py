@@ -19,8 +19,9 @@ class Observer:
         """Called when the scene is prepared; True if nothing is to be rendered."""
         return False
 
-    def on_coverage(self, lines: list[str]) -> None:
-        """Before the first pass: what is not rendered exactly."""
+    def on_warning(self, headline: str, lines: list[str]) -> bool:
+        """Something the user should know; True if this observer has told it."""
+        return False
 
     def on_progress(self, progress) -> None:
         """After every unit of work."""

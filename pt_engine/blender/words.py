@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 
-LISTED = 5
+LISTED = 5  # lines in a message
+NAMED = 3  # materials in a line
 
 
 def duration(seconds: float) -> str:
@@ -56,8 +57,8 @@ def inexact(coverage) -> list:
     return [entry for entry in coverage if entry.state != "exact"]
 
 
-def coverage_lines(coverage, limit: int = 0) -> list[str]:
-    """One line for each kind of finding, with the materials that have it; at most `limit` lines if given."""
+def coverage_lines(coverage) -> list[str]:
+    """One line for each kind of finding, with the materials that have it."""
     where = defaultdict(dict)
     for entry in inexact(coverage):
         kind = entry.node.rsplit("/", 1)[-1]
@@ -65,9 +66,12 @@ def coverage_lines(coverage, limit: int = 0) -> list[str]:
     lines = []
     for (node, state, effect), materials in where.items():
         names = list(materials)
-        more = f" and {len(names) - 3} more" if len(names) > 3 else ""
-        place = ", ".join(names[:3]) + more
-        lines.append(": ".join(part for part in (f"{place}", f"{node} {state}", effect) if part))
-    if limit and len(lines) > limit:
-        lines[limit:] = [f"and {len(lines) - limit} more (all in the Coverage panel)"]
+        more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+        place = ", ".join(names[:NAMED]) + more
+        lines.append(": ".join(part for part in (place, f"{node} {state}", effect) if part))
     return lines
+
+
+def shortened(lines: list[str], limit: int = LISTED) -> list[str]:
+    """The first lines, and how many more there are."""
+    return lines if len(lines) <= limit else [*lines[:limit], f"and {len(lines) - limit} more"]

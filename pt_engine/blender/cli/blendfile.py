@@ -11,6 +11,7 @@ from ...render.integrator import INTEGRATORS
 from .. import plugins
 from ..compatibility import ENGINE
 from .failure import Failure, UsageError
+from .terminal import unechoed
 
 
 def open_scene(arguments):
@@ -37,7 +38,8 @@ def open_file(path: Path) -> None:
     if not path.is_file() or not os.access(path, os.R_OK):
         raise Failure(f"{path} is a directory or may not be read")
     try:
-        bpy.ops.wm.open_mainfile(filepath=str(path.absolute()), load_ui=False, use_scripts=False)
+        with unechoed():
+            bpy.ops.wm.open_mainfile(filepath=str(path.absolute()), load_ui=False, use_scripts=False)
     except RuntimeError as error:
         reason = str(error).strip().splitlines()[-1].removeprefix("Error: ")
         raise Failure(f"{path} can't be read as a .blend: {reason}") from error
@@ -115,7 +117,7 @@ def value_of(prop, text: str):
     except ValueError:
         raise ValueError(f"{text!r} is not a{' whole' if prop.type == 'INT' else ''} number") from None
     if not prop.hard_min <= value <= prop.hard_max:
-        raise ValueError(f"{text} is not between {prop.hard_min:g} and {prop.hard_max:g}")
+        raise ValueError(f"{text} is not between {prop.hard_min} and {prop.hard_max}")
     return value
 
 

@@ -13,7 +13,7 @@ from ..record import Observer, RenderRecord, Session, write_json
 from .blendfile import choose_view_layer, open_scene
 from .failure import Failure
 from .output import check_writable, save_exr, save_png
-from .terminal import Terminal, closing_line
+from .terminal import Terminal, closing_line, unechoed
 
 
 def render_command(arguments) -> None:
@@ -55,7 +55,8 @@ def run_engine(scene, view_layer: str, observer) -> RenderRecord:
     Session.last = None
     with following(observer):
         try:
-            bpy.ops.render.render(scene=scene.name, layer=view_layer)
+            with unechoed():
+                bpy.ops.render.render(scene=scene.name, layer=view_layer)
         except RuntimeError as error:
             raise Failure(observer.failure or plain(error)) from error
     if observer.failure or Session.last is None:
@@ -91,6 +92,9 @@ class Replaying(Observer):
             self.lines = list(replay(scene, settings, self.x, self.y, self.sample).lines())
         except ValueError as error:
             self.failure = str(error)
+        return True
+
+    def on_warning(self, headline: str, lines: list[str]) -> bool:
         return True
 
     def on_failure(self, message: str) -> None:

@@ -21,6 +21,8 @@ def check_writable(path: Path) -> None:
             pass
         if path.exists() and not os.access(path, os.W_OK):
             raise PermissionError("it is write-protected")
+    except FileExistsError as error:
+        raise Failure(f"can't write {path}: {error.filename} is not a folder") from error
     except OSError as error:
         raise Failure(f"can't write {path}: {error.strerror or error}") from error
 

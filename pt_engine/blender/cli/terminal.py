@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import faulthandler
+import io
 import os
 import signal
 import sys
+from contextlib import nullcontext, redirect_stdout
 
 from ..record import Observer
 from ..words import count, duration, estimated_error, status
@@ -23,16 +25,23 @@ def silence_blender() -> None:
     streams = []
     for stream, number in ((sys.stdout, 1), (sys.stderr, 2)):
         stream.flush()
-        copy = os.fdopen(
-            os.dup(number), "w", buffering=1, encoding=stream.encoding, errors="backslashreplace"
-        )
-        streams.append(copy)
+        raw = os.fdopen(os.dup(number), "wb")
+        streams.append(Own(raw, encoding=stream.encoding, errors="backslashreplace", line_buffering=True))
     sys.stdout, sys.stderr = streams
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for number in (1, 2):
         os.dup2(nowhere, number)
     os.close(nowhere)
     faulthandler.enable(file=sys.stderr)
+
+
+def unechoed():
+    """A context for Blender's operators: they print what they report, though they raise it too."""
+    return redirect_stdout(io.StringIO()) if isinstance(sys.stdout, Own) else nullcontext()
+
+
+class Own(io.TextIOWrapper):
+    """One of Python's streams, apart from Blender's."""
 
 
 class Terminal(Observer):
@@ -42,13 +51,15 @@ class Terminal(Observer):
         self.quiet = quiet
         self.bar = (bar or sys.stderr.isatty()) and not quiet
         self.next_told = 0.0 if self.bar else FIRST_LINE
+        self.drawn = False
         self.samples = 0
         self.interrupted = False
         self.failure = ""
 
-    def on_coverage(self, lines: list[str]) -> None:
-        if lines and not self.quiet:
-            print("Not rendered exactly:", *(f"  {line}" for line in lines), sep="\n", file=sys.stderr)
+    def on_warning(self, headline: str, lines: list[str]) -> bool:
+        if not self.quiet:
+            print(headline, *lines, sep="\n  ", file=sys.stderr)
+        return True
 
     def on_progress(self, progress) -> None:
         self.samples = progress.samples
@@ -56,6 +67,7 @@ class Terminal(Observer):
             return
         if self.bar:
             self.next_told = progress.elapsed + BAR_INTERVAL
+            self.drawn = True
             done = round(progress.fraction * BAR_WIDTH)
             bar = "#" * done + "." * (BAR_WIDTH - done)
             line = f"\r[{bar}] {progress.fraction:4.0%}  {status(progress)}\x1b[K"
@@ -80,7 +92,7 @@ class Terminal(Observer):
     def __exit__(self, *_) -> None:
         if self.previous is not None:
             signal.signal(signal.SIGINT, self.previous)
-        if self.bar:
+        if self.drawn:
             print(file=sys.stderr)
 
     def _interrupt(self, number, frame) -> None:
