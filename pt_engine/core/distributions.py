@@ -186,7 +186,9 @@ def _alias_table(scaled: Float64) -> NDArray[np.uint64]:
     taken = deficit_after[np.minimum(taker, deficit_after.size - 1)] if deficit_after.size else excess
     not_last = np.ones(excess.size, np.bool_)
     not_last[last] = False
-    keep[heavy_index[not_last]] = np.clip(1.0 + excess - taken, 0.0, 1.0)[not_last]
+    left = 1.0 + excess - taken
+    left[left < -1.0] = 1.0  # rounding has used up the row's deficits: that was the next row's
+    keep[heavy_index[not_last]] = np.clip(left, 0.0, 1.0)[not_last]
     alias[heavy_index[not_last]] = heavy_index[np.flatnonzero(not_last) + 1]
 
     table = np.empty((rows * n, 2), np.uint32)
