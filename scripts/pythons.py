@@ -1,11 +1,12 @@
-"""Which Python to take."""
+"""Which Python to take: $PYTHON alone where it is set, else the first that works and has a lock file."""
 
 import os
 import subprocess
 import sys
 
+USUAL = [["python3.13"], ["python3.11"], ["python3"], ["py", "-3.13"], ["py", "-3.11"], [sys.executable]]
+COMMANDS = [[os.environ["PYTHON"]]] if os.environ.get("PYTHON") else USUAL
 PROBE = "import ensurepip, venv, sys; print('py%d%d' % sys.version_info[:2])"
-COMMANDS = [["python3.13"], ["python3.11"], ["python3"], ["py", "-3.13"], ["py", "-3.11"], [sys.executable]]
 
 
 def python_version(command):
@@ -16,7 +17,4 @@ def python_version(command):
         return ""
 
 
-def python():
-    """The first command that is a Python with a lock file; $PYTHON alone where it is set."""
-    mine = [[os.environ["PYTHON"]]] if os.environ.get("PYTHON") else COMMANDS
-    return next((c for c in mine if python_version(c) in ("py313", "py311")), None)
+PYTHON = next((c for c in COMMANDS if python_version(c) in ("py313", "py311")), None)
