@@ -1,0 +1,60 @@
+"""`python -m bench stages|renders|memory|all`: measure, write JSON, and with `all` docs/numbers.md."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from . import machine
+from .scenes import made
+from .shapes import MODELS
+
+
+def main() -> None:
+    """Parse the command line and measure."""
+    parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
+    parser.add_argument("what", choices=("stages", "renders", "memory", "all"))
+    parser.add_argument("--scene", action="append", choices=tuple(MODELS), help="may be repeated")
+    parser.add_argument("--sampler", default="INDEPENDENT", help="of `stages`")
+    parser.add_argument("--passes", type=int, default=6, help="of `stages`: the best of so many")
+    parser.add_argument("--no-peers", action="store_true", help="leave Mitsuba and Cycles out")
+    parser.add_argument("--folder", type=Path, default=machine.ROOT / "out" / "bench", help="for the scenes")
+    parser.add_argument("--json", type=Path, help="where to write the results (default: FOLDER/WHAT.json)")
+    arguments = parser.parse_args()
+    results = measured(arguments)
+    path = arguments.json or arguments.folder / f"{arguments.what}.json"
+    path.write_text(json.dumps(results, indent=1), encoding="utf-8")
+    from .report import page
+
+    text = page(results)
+    sys.stdout.write(text)
+    if arguments.what == "all":
+        (machine.ROOT / "docs" / "numbers.md").write_text(text, encoding="utf-8")
+
+
+def measured(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Everything that was asked for."""
+    blends = made(arguments.folder.resolve(), tuple(arguments.scene or MODELS))
+    results: dict[str, Any] = {"machine": machine.description()}
+    every = arguments.what == "all"
+    if every or arguments.what == "renders":
+        from .renders import renders
+
+        results["renders"] = renders(blends, peers=not arguments.no_peers)
+    if every or arguments.what == "stages":
+        from .stages import stages
+
+        machine.pin()
+        results["stages"] = {n: stages(b, arguments.sampler, arguments.passes) for n, b in blends.items()}
+    if every or arguments.what == "memory":
+        from .memory import memory
+
+        results["memory"] = memory()
+    return results
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,191 @@
+"""What each stage of a pass costs, in nanoseconds per path vertex (a hit that is shaded).
+
+`intersect` and `shadow` are Embree alone; `surface` is the rest of the hit. `embree` replays the very
+rays of the pass through Embree with nothing in between.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pt_engine.core.samplers import SAMPLERS
+from pt_engine.render import integrators, path, progressive, survivors  # noqa: F401  fills the registry
+from pt_engine.render.dimensions import LaneSampler
+from pt_engine.render.film import Film
+from pt_engine.render.integrator import INTEGRATORS
+from pt_engine.render.path_state import PathState
+from pt_engine.render.schedule import Unit, units
+from pt_engine.render.settings import RenderSettings
+from pt_engine.render.worker import Worker
+from pt_engine.scene.accel import Accel
+from pt_engine.scene.prepare import prepare
+from pt_engine.scene.scene import Scene
+from pt_engine.scene.shading import ShadedBSDF
+from pt_engine.scene.snapshot_io import load_snapshot
+
+from .clock import Clock, timed, wrapped
+from .shapes import FRAMES, RR_DEPTH
+
+STAGES = (
+    "generate",
+    "intersect",
+    "surface",
+    "emission",
+    "shade",
+    "random",
+    "emitter",
+    "shadow",
+    "eval",
+    "bsdf",
+    "roulette",
+    "film",
+    "rest",
+)
+OWNERS = (
+    (Worker, "lane_sampler", "generate"),
+    (Worker, "camera_rays", "generate"),
+    (Accel, "intersect", "intersect"),
+    (Scene, "intersect", "surface"),
+    (Scene, "emission", "emission"),
+    (PathState, "gather", "emission"),
+    (Scene, "shade", "shade"),
+    (LaneSampler, "roulette", "random"),
+    (LaneSampler, "emitter", "random"),
+    (LaneSampler, "bsdf", "random"),
+    (path, "next_event", "emitter"),
+    (Accel, "visible", "shadow"),
+    (ShadedBSDF, "eval_pdf", "eval"),
+    (ShadedBSDF, "sample", "bsdf"),
+    (survivors.Wavefront, "advance", "bsdf"),
+    (survivors.Wavefront, "survivors", "roulette"),
+    (survivors.Wavefront, "finish", "roulette"),
+    (Film, "add", "film"),
+    (Worker, "render", "rest"),
+)
+
+
+class Pass:
+    """A scene ready for repeated passes of one wavefront each."""
+
+    def __init__(self, blend: Path, sampler: str, lanes: int = 1 << 16) -> None:
+        frame = FRAMES[blend.stem]
+        self.settings = RenderSettings(
+            frame.width,
+            frame.height,
+            max_depth=frame.max_depth,
+            rr_depth=RR_DEPTH,
+            sampler=sampler,
+            pixel_filter="BOX",
+            lanes=lanes,
+        )
+        self.scene = prepare(load_snapshot(blend.with_suffix(".snapshot")))
+        integrator = INTEGRATORS["path"](self.settings)
+        self.worker = Worker(self.scene, self.settings, integrator, SAMPLERS[sampler](0))
+        self.film = Film(frame.width, frame.height)
+        self._units = units(replace(self.settings, samples=0))
+
+    def unit(self) -> Unit:
+        """The next unit of the endless render."""
+        return next(self._units)
+
+    def render(self, unit: Unit) -> int:
+        """One pass, film included; the number of camera rays."""
+        result = self.worker.render(unit)
+        self.film.add(unit.pixels, unit.first, unit.count, result.radiance, result.alpha)
+        return len(unit.pixels) * unit.count
+
+
+def stages(blend: Path, sampler: str = "INDEPENDENT", passes: int = 6) -> dict[str, Any]:
+    """Nanoseconds per vertex by stage, samples per CPU second, and Embree's share by replay."""
+    work = Pass(blend, sampler)
+    work.render(work.unit())
+    best: Clock | None = None
+    for _ in range(passes):
+        clock = timed_pass(work)
+        if best is None or total(clock) / clock.counts["vertices"] < total(best) / best.counts["vertices"]:
+            best = clock
+    if best is None:
+        raise ValueError("at least one pass is needed")
+    vertices, samples = best.counts["vertices"], best.counts["samples"]
+    plain = min(untimed_pass(work) for _ in range(passes))
+    embree, rays = min((embree_pass(work) for _ in range(max(2, passes // 2))), key=lambda pair: pair[0])
+    return {
+        "sampler": sampler,
+        "ns_per_vertex": {stage: 1e9 * best.seconds[stage] / vertices for stage in STAGES},
+        "ns_per_vertex_total": 1e9 * total(best) / vertices,
+        "vertices_per_sample": vertices / samples,
+        "rays_per_sample": rays,
+        "samples_per_cpu_second": 1 / plain,
+        "embree_only_samples_per_cpu_second": 1 / embree,
+        "embree_share": embree / plain,
+    }
+
+
+def total(clock: Clock) -> float:
+    """Seconds of all stages."""
+    return sum(clock.seconds.values())
+
+
+def timed_pass(work: Pass) -> Clock:
+    """One pass with every stage timed."""
+    clock = Clock()
+    unit = work.unit()
+
+    def counted(shade: Callable[..., Any]) -> Callable[..., Any]:
+        def wrapper(scene: Scene, si: Any, *args: Any) -> Any:
+            clock.counts["vertices"] += si.size
+            return shade(scene, si, *args)
+
+        return wrapper
+
+    with (
+        wrapped([(Scene, "shade", counted)]),
+        wrapped([(o, n, partial(timed, clock=clock, stage=s)) for o, n, s in OWNERS]),
+    ):
+        clock.counts["samples"] = work.render(unit)
+    return clock
+
+
+def untimed_pass(work: Pass) -> float:
+    """CPU seconds per camera sample of a pass without any timers."""
+    unit = work.unit()
+    started = time.thread_time()
+    samples = work.render(unit)
+    return (time.thread_time() - started) / samples
+
+
+def embree_pass(work: Pass) -> tuple[float, dict[str, float]]:
+    """CPU seconds per camera sample of a pass's own rays through Embree, and rays per sample by kind."""
+    recorded: list[tuple[bool, Any, Any, Any]] = []
+
+    def recording(shadow: bool, query: Callable[..., Any]) -> Callable[..., Any]:
+        def wrapper(accel: Accel, o: Any, d: Any, tfar: Any) -> Any:
+            recorded.append((shadow, o.copy(), d.copy(), tfar.copy()))
+            return query(accel, o, d, tfar)
+
+        return wrapper
+
+    queries = ((Accel, "intersect", False), (Accel, "visible", True))
+    with wrapped([(owner, name, partial(recording, shadow)) for owner, name, shadow in queries]):
+        samples = work.render(work.unit())
+    counts = {"closest": 0.0, "shadow": 0.0}
+    for shadow, _, _, tfar in recorded:
+        counts["shadow" if shadow else "closest"] += float(np.count_nonzero(tfar > 0)) / samples
+    accel = work.scene.accel
+    started = time.thread_time()
+    for shadow, o, d, tfar in recorded:
+        (accel.visible if shadow else accel.intersect)(o, d, tfar)
+    return (time.thread_time() - started) / samples, counts
+
+
+if __name__ == "__main__":
+    print(json.dumps(stages(Path(sys.argv[1]))))
