@@ -1,0 +1,185 @@
+"""A batch: the materials that share a program, shaded together."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .ir import Value
+from .program import ConstantTable, Entry, LanesLike, Structure, linearise
+from .surface import SurfaceBuilder
+
+Float32 = NDArray[np.float32]
+
+
+class Closure(NamedTuple):
+    """A scattering model at work: its module (see `bsdfs.base`), parameters and weight.
+
+    `normal` (3, n) None means `lanes.ns`; `tangent` (3, n) None any frame.
+    """
+
+    bsdf: ModuleType
+    params: Any
+    weight: Float32
+    normal: Float32 | None
+    tangent: Float32 | None
+
+
+class Shape(NamedTuple):
+    """How a closure's values lie among the program's roots (−1: absent)."""
+
+    bsdf: str
+    params: tuple[tuple[str, int], ...]
+    weight: int
+    normal: int
+    tangent: int
+    dirac: bool
+
+
+class Plan(NamedTuple):
+    """A program's structure with the meaning of its roots: equal for materials that share a batch."""
+
+    structure: Structure
+    closures: tuple[Shape, ...]
+    emission: int
+    transparency: int
+
+
+def plan(surface: SurfaceBuilder) -> tuple[Plan, list[Float32]]:
+    """A material's plan, and the values of its constants."""
+    roots: list[Value] = []
+
+    def root(value: Value | None) -> int:
+        if value is None:
+            return -1
+        roots.append(value)
+        return len(roots) - 1
+
+    shapes = tuple(
+        Shape(
+            leaf.bsdf,
+            tuple((name, root(p)) for name, p in leaf.params),
+            root(leaf.weight),
+            root(leaf.normal),
+            root(leaf.tangent),
+            leaf.dirac,
+        )
+        for leaf in surface.leaves
+    )
+    emission, transparency = root(surface.emission), root(surface.transparency)
+    structure, constants = linearise(roots)
+    return Plan(structure, shapes, emission, transparency), constants
+
+
+def model(name: str) -> ModuleType:
+    """A scattering model's module by its name in `bsdfs`."""
+    package = (__package__ or "pt_engine.nodes").rpartition(".")[0]
+    return importlib.import_module(f"{package}.bsdfs.{name}")
+
+
+class Batch:
+    """Shades lanes of the materials that share a program.
+
+    Attributes
+    ----------
+    materials : tuple of int
+        Their indices in `Snapshot.materials`.
+    has_bsdf, has_emission, has_transparency : bool
+    delta_only : bool
+        Whether no closure is anything but a Dirac lobe (emitter sampling is then futile).
+    kinds : tuple of str
+        Names of the scattering models.
+    needs : frozenset of str
+        Lane attributes the program reads: ``uv:NAME``, ``color:NAME``, ``tangent:NAME``, ``generated`` ...
+    """
+
+    def __init__(self, plan: Plan, constants: Sequence[Sequence[Float32]], materials: Sequence[int]) -> None:
+        self.plan, self.materials = plan, tuple(materials)
+        self.table = ConstantTable(constants, materials)
+        self._shapes = plan.closures
+        self._modules = [model(s.bsdf) for s in plan.closures]
+        count = len(plan.structure.roots) - (plan.emission >= 0) - (plan.transparency >= 0)
+        self._closures = Entry(plan.structure, self.table, range(count))
+        self._emission = self._entry(plan.emission)
+        self._transparency = self._entry(plan.transparency)
+        self.has_bsdf = bool(plan.closures)
+        self.has_emission, self.has_transparency = plan.emission >= 0, plan.transparency >= 0
+        self.delta_only = self.has_bsdf and all(s.dirac for s in plan.closures)
+        self._bends = any(s.normal >= 0 for s in plan.closures)
+        self.kinds = tuple(s.bsdf for s in plan.closures)
+        entries = [self._closures, self._emission, self._transparency]
+        self.needs = frozenset(name for e in entries if e is not None for name in e.reads())
+        self._params = self._fixed_params()
+        self._made = self._fixed_closures()
+
+    def _entry(self, root: int) -> Entry | None:
+        return Entry(self.plan.structure, self.table, [root]) if root >= 0 else None
+
+    def _fixed_params(self) -> list[Any]:
+        """Parameters that no lane can change, built now; None for the others."""
+        made: list[Any] = []
+        for shape, module in zip(self._shapes, self._modules, strict=True):
+            known = {name: self._closures.constant(k) for name, k in shape.params}
+            fixed = all(value is not None for value in known.values())
+            made.append(module.Params(**known) if fixed else None)
+        return made
+
+    def _fixed_closures(self) -> list[Closure] | None:
+        """All closures, where no lane can change any."""
+        if not self._closures.is_constant:
+            return None
+        values = [self._closures.constant(k) for k in range(len(self._closures.outputs))]
+        return [self._closure(k, values, None) for k in range(len(self._shapes))]
+
+    def _closure(self, number: int, values: Sequence[Float32 | None], ns: Float32 | None) -> Closure:
+        shape, module, params = self._shapes[number], self._modules[number], self._params[number]
+        if params is None:
+            params = module.Params(**{name: values[k] for name, k in shape.params})
+        normal = values[shape.normal] if shape.normal >= 0 else None
+        tangent = values[shape.tangent] if shape.tangent >= 0 else None
+        weight = values[shape.weight]
+        if weight is None:
+            raise RuntimeError(f"{shape.bsdf} has no weight")
+        return Closure(module, params, weight, None if normal is ns else normal, tangent)
+
+    def closures(self, lanes: LanesLike) -> list[Closure]:
+        """What the lanes' surfaces scatter."""
+        if self._made is not None:
+            return self._made
+        with np.errstate(all="ignore"):
+            values = self._closures.run(lanes)
+        ns = lanes.ns if self._bends else None
+        return [self._closure(k, values, ns) for k in range(len(self._shapes))]
+
+    def emission(self, lanes: LanesLike) -> Float32 | None:
+        """(3, n) or (3, 1) radiance emitted toward `lanes.wi`; None where the materials emit nothing."""
+        return _single(self._emission, lanes)
+
+    def transparency(self, lanes: LanesLike) -> Float32 | None:
+        """(3, n) or (3, 1) share of light that passes straight through; None for opaque materials."""
+        return _single(self._transparency, lanes)
+
+    def constant_emission(self) -> Float32 | None:
+        """(3, M) exact radiance of each of `materials`, or None where it varies over the surface."""
+        if self._emission is None:
+            return np.zeros((3, len(self.materials)), np.float32)
+        slot = self._emission.outputs[0]
+        if not slot.constant:
+            return None
+        fixed = self.table.fixed[slot.number]
+        if fixed is None:
+            return self.table.varying[self.table.column[slot.number]]
+        return np.repeat(fixed, len(self.materials), axis=1)
+
+
+def _single(entry: Entry | None, lanes: LanesLike) -> Float32 | None:
+    if entry is None:
+        return None
+    with np.errstate(all="ignore"):
+        value: Float32 = entry.run(lanes)[0]
+    return value

@@ -1,0 +1,102 @@
+"""The integer hash behind Blender's noises: Bob Jenkins' lookup3 (public domain), and PCG for cells.
+
+The same bits as in Blender, so that a noise pattern is the same pattern.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float32 = NDArray[np.float32]
+UInt32 = NDArray[np.uint32]
+Int32 = NDArray[np.int32]
+
+SEED = 0xDEADBEEF + 13
+UNIT = np.float32(1 / 0xFFFFFFFF)
+
+
+def _rotate(x: UInt32, k: int) -> UInt32:
+    return (x << np.uint32(k)) | (x >> np.uint32(32 - k))
+
+
+def _final(a: UInt32, b: UInt32, c: UInt32) -> UInt32:
+    c = (c ^ b) - _rotate(b, 14)
+    a = (a ^ c) - _rotate(c, 11)
+    b = (b ^ a) - _rotate(a, 25)
+    c = (c ^ b) - _rotate(b, 16)
+    a = (a ^ c) - _rotate(c, 4)
+    b = (b ^ a) - _rotate(a, 14)
+    return (c ^ b) - _rotate(b, 24)
+
+
+def _mix(a: UInt32, b: UInt32, c: UInt32) -> tuple[UInt32, UInt32, UInt32]:
+    for first, second, third in ((4, 6, 8), (16, 19, 4)):
+        a = (a - c) ^ _rotate(c, first)
+        c = c + b
+        b = (b - a) ^ _rotate(a, second)
+        a = a + c
+        c = (c - b) ^ _rotate(b, third)
+        b = b + a
+    return a, b, c
+
+
+def hash_uints(*keys: UInt32) -> UInt32:
+    """Hash of 1 to 4 integers, arrays that broadcast."""
+    start = np.uint32((SEED + 4 * len(keys)) & 0xFFFFFFFF)
+    parts = [k + start for k in keys[:3]]
+    parts += [np.full(1, start, np.uint32)] * (3 - len(parts))
+    a, b, c = parts
+    if len(keys) == 4:
+        a, b, c = _mix(a, b, c)
+        a = a + keys[3]
+    return _final(a, b, c)
+
+
+def to_unit(h: UInt32) -> Float32:
+    """Integers to [0, 1]."""
+    out: Float32 = h.astype(np.float32) * UNIT
+    return out
+
+
+def bits(x: Float32 | float) -> UInt32:
+    """The bit pattern of a float."""
+    return np.ascontiguousarray(np.atleast_1d(np.asarray(x, np.float32))).view(np.uint32)
+
+
+def floats_to_float(*p: Float32 | float) -> Float32:
+    """A number in [0, 1] from the bits of 1 to 4 floats."""
+    return to_unit(hash_uints(*(bits(x) for x in p)))
+
+
+def floats_to_color(*p: Float32) -> Float32:
+    """Three numbers in [0, 1] from the bits of 1 to 4 floats."""
+    if len(p) == 4:
+        x, y, z, w = p
+        orders: tuple[tuple[Float32 | float, ...], ...] = ((x, y, z, w), (z, x, w, y), (w, z, y, x))
+    else:
+        orders = (p, (*p, 1.0), (*p, 2.0))
+    return np.stack(np.broadcast_arrays(*(floats_to_float(*o) for o in orders)))
+
+
+def _pcg_step(v: list[Int32]) -> None:
+    """Mix every component, in turn, with others as they are by then."""
+    if len(v) == 2:
+        v[0] = v[0] + v[1] * np.int32(1664525)
+        v[1] = v[1] + v[0] * np.int32(1664525)
+        return
+    turns = ((0, 1, 2), (1, 2, 0), (2, 0, 1)) if len(v) == 3 else ((0, 1, 3), (1, 2, 0), (2, 0, 1), (3, 1, 2))
+    for k, a, b in turns:
+        v[k] = v[k] + v[a] * v[b]
+
+
+def cell(*keys: Int32) -> list[Float32]:
+    """As many numbers in [0, 1] as integers (2 to 4), for the points of Voronoi cells.
+
+    Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", with signed integers as in Blender.
+    """
+    v = [k * np.int32(1664525) + np.int32(1013904223) for k in keys]
+    _pcg_step(v)
+    v = [x ^ (x >> np.int32(16)) for x in v]
+    _pcg_step(v)
+    return [(x & np.int32(0x7FFFFFFF)).astype(np.float32) * np.float32(1 / 0x7FFFFFFF) for x in v]

@@ -1,0 +1,158 @@
+"""Image and environment textures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..textures import environment
+from ..textures.images import ImageError, Texture
+from .graph import NodeView
+from .inputs import coordinates, object_space_normal, position, uv_coordinates
+from .ir import COLOR, FLOAT, Value, op
+from .math_nodes import select
+from .registry import Outputs, node
+from .vector_nodes import unit
+
+Float32 = NDArray[np.float32]
+MISSING = (1.0, 0.0, 1.0)
+
+
+@op(COLOR, FLOAT)
+def image_flat(texture: Texture, at: Float32) -> tuple[Float32, Float32]:
+    """An image at (x, y) of the vector."""
+    return texture.sample(at[0], at[1])
+
+
+@op(COLOR, FLOAT)
+def image_sphere(texture: Texture, at: Float32) -> tuple[Float32, Float32]:
+    """An image wrapped around the unit box's inscribed sphere."""
+    x, y, z = at * 2 - 1
+    size = np.sqrt(x * x + y * y + z * z)
+    some = size > 0
+    u = 0.5 - np.arctan2(x, y) * np.float32(0.5 / np.pi)
+    u = select((x == 0) & (y == 0), np.float32(0), u)
+    v = 1 - np.arccos(np.clip(z / (size + ~some), -1, 1)) * np.float32(1 / np.pi)
+    return texture.sample(u * some, v * some)
+
+
+@op(COLOR, FLOAT)
+def image_tube(texture: Texture, at: Float32) -> tuple[Float32, Float32]:
+    """An image wrapped around the unit box's inscribed cylinder."""
+    x, y, z = at * 2 - 1
+    some = (x != 0) | (y != 0)
+    u = (1 - np.arctan2(x, y) * np.float32(1 / np.pi)) * np.float32(0.5)
+    return texture.sample(u * some, (z + 1) * np.float32(0.5) * some)
+
+
+@op(COLOR, FLOAT)
+def image_box(texture: Texture, blend: float, at: Float32, normal: Float32) -> tuple[Float32, Float32]:
+    """An image on the three axes' planes, blended by the normal."""
+    weights = box_weights(normal, blend)
+    x, y, z = at
+    sides = (
+        (select(normal[0] < 0, 1 - y, y), z),
+        (select(normal[1] > 0, 1 - x, x), z),
+        (select(normal[2] > 0, 1 - y, y), x),
+    )
+    size = max(at.shape[-1], normal.shape[-1])
+    color, alpha = np.zeros((3, size), np.float32), np.zeros(size, np.float32)
+    for weight, (u, v) in zip(weights, sides, strict=True):
+        some = np.flatnonzero(np.broadcast_to(weight > 0, size))
+        if len(some) == 0:
+            continue
+        c, a = texture.sample(*(np.broadcast_to(w, size).take(some) for w in (u, v)))
+        share = np.broadcast_to(weight, size).take(some)
+        color[:, some] += share * c
+        alpha[some] += share * a
+    return color, alpha
+
+
+def box_weights(normal: Float32, blend: float) -> Float32:
+    """(3, n) share of each axis' image: one in the corners, two or three where they blend.
+
+    The absolute normal, scaled to sum 1, is a point in a triangle whose corners are the axes; `blend`
+    widens the zones where two or three images mix (Cycles' seven zones).
+    """
+    n = np.abs(normal)
+    n = n / np.maximum(n[0] + n[1] + n[2], np.float32(1e-20))
+    limit = 0.5 * (1 + blend)
+    out = np.zeros_like(n)
+    done = np.zeros(n.shape[1], bool)
+    for a, b, c in ((0, 1, 2), (1, 0, 2), (2, 0, 1)):
+        alone = (n[a] > limit * (n[a] + n[b])) & (n[a] > limit * (n[a] + n[c])) & ~done
+        out[a] += alone
+        done |= alone
+    if blend <= 0:
+        out[0] += ~done
+        return out
+    for a, b, c in ((0, 1, 2), (1, 2, 0), (0, 2, 1)):
+        two = (n[c] < (1 - limit) * (n[a] + n[b])) & ~done
+        share = n[a] / np.maximum(n[a] + n[b], np.float32(1e-20))
+        share = np.clip((share - 0.5 * (1 - blend)) / blend, 0, 1)
+        out[a] += two * share
+        out[b] += two * (1 - share)
+        done |= two
+    out += ~done * (((2 - limit) * n + (limit - 1)) / (2 * limit - 1))
+    return out.astype(np.float32, copy=False)
+
+
+PROJECTIONS = {"FLAT": image_flat, "SPHERE": image_sphere, "TUBE": image_tube}
+
+
+def missing(n: NodeView, problem: str) -> Outputs:
+    """Blender's magenta."""
+    n.ignored(f"{problem}: magenta")
+    return {"Color": n.constant(MISSING, COLOR), "Alpha": n.constant(1.0, FLOAT)}
+
+
+def texture_of(n: NodeView, extension: str) -> Texture:
+    """The node's image with its filter."""
+    index = n.node.props.get("image")
+    if not isinstance(index, int) or isinstance(index, bool):
+        raise ImageError("no image")
+    interpolation = str(n.prop("interpolation", "Linear"))
+    return n.reader.textures.texture(index, interpolation, extension, n.wants("Alpha"))
+
+
+@node("TexImage")
+def tex_image(n: NodeView) -> Outputs:
+    if n.node.props.get("image") is None:
+        # Cycles gives black where the node has no image at all, magenta where its file is missing
+        return {"Color": n.constant(0.0, COLOR), "Alpha": n.constant(0.0, FLOAT)}
+    try:
+        texture = texture_of(n, str(n.prop("extension", "REPEAT")))
+    except ImageError as problem:
+        return missing(n, str(problem))
+    projection = str(n.prop("projection", "FLAT"))
+    at = coordinates(n, uv_coordinates, ("",))
+    if projection == "BOX":
+        static: tuple[Any, ...] = (texture, float(n.prop("projection_blend", 0.0)))
+        color, alpha = n.calls(image_box, at, n.call(object_space_normal), static=static)
+    else:
+        color, alpha = n.calls(PROJECTIONS.get(projection, image_flat), at, static=(texture,))
+    return {"Color": color, "Alpha": alpha}
+
+
+@op(COLOR, FLOAT)
+def environment_map(texture: Texture, projection: str, direction: Float32) -> tuple[Float32, Float32]:
+    """An environment map in a direction."""
+    to_uv = environment.mirror_ball_uv if projection == "MIRROR_BALL" else environment.equirectangular_uv
+    return texture.sample(*to_uv(unit(direction)))
+
+
+@node("TexEnvironment")
+def tex_environment(n: NodeView) -> Outputs:
+    if n.node.props.get("image") is None:
+        return {"Color": n.constant(0.0, COLOR), "Alpha": n.constant(0.0, FLOAT)}
+    try:
+        texture = texture_of(n, "REPEAT")
+    except ImageError as problem:
+        return missing(n, str(problem))
+    at: Value = coordinates(n, position)
+    color, alpha = n.calls(
+        environment_map, at, static=(texture, str(n.prop("projection", "EQUIRECTANGULAR")))
+    )
+    return {"Color": color, "Alpha": alpha}

@@ -1,0 +1,155 @@
+"""The Noise and Wave textures."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import noise
+from .graph import NodeView
+from .inputs import coordinates
+from .ir import COLOR, FLOAT, Value, op, spread_color
+from .registry import Outputs, node
+
+Float32 = NDArray[np.float32]
+TWO_PI: Final = np.float32(2 * np.pi)
+
+
+def point_of(dimensions: int, vector: Float32, w: Float32, scale: Float32) -> list[Float32]:
+    """The scaled coordinates that a texture of so many dimensions uses."""
+    if dimensions == 1:
+        return [w * scale]
+    axes = [vector[k] * scale for k in range(min(dimensions, 3))]
+    return [*axes, w * scale] if dimensions == 4 else axes
+
+
+def distorted(point: list[Float32], amount: Float32) -> list[Float32]:
+    """The point moved by noise, one offset per axis."""
+    if not (amount != 0).any():
+        return point
+    return [p + noise.signed_noise(noise.moved(point, float(k))) * amount for k, p in enumerate(point)]
+
+
+def _settings(detail: Float32, roughness: Float32, *rest: Float32) -> tuple[Float32, ...]:
+    return np.clip(detail, 0, 15), np.maximum(roughness, 0), *rest
+
+
+@op(FLOAT)
+def noise_value(
+    dimensions: int,
+    kind: str,
+    normalize: bool,
+    vector: Float32,
+    w: Float32,
+    scale: Float32,
+    distortion: Float32,
+    *settings: Float32,
+) -> Float32:
+    """The Noise texture's Factor."""
+    point = distorted(point_of(dimensions, vector, w, scale), distortion)
+    return noise.FRACTALS[kind](point, _settings(*settings), normalize)
+
+
+@op(COLOR)
+def noise_color(
+    dimensions: int,
+    kind: str,
+    normalize: bool,
+    vector: Float32,
+    w: Float32,
+    scale: Float32,
+    distortion: Float32,
+    *settings: Float32,
+) -> Float32:
+    """The Noise texture's Color: its Factor in red, two more of its kind in green and blue."""
+    point = distorted(point_of(dimensions, vector, w, scale), distortion)
+    fractal, values = noise.FRACTALS[kind], _settings(*settings)
+    others = [noise.moved(point, float(dimensions + k)) for k in (0, 1)]
+    channels = [fractal(p, values, normalize) for p in (point, *others)]
+    return np.stack(np.broadcast_arrays(*channels))
+
+
+@node("TexNoise")
+def tex_noise(n: NodeView) -> Outputs:
+    dimensions = int(str(n.prop("noise_dimensions", "3D"))[0])
+    kind = str(n.prop("noise_type", "FBM"))
+    if kind not in noise.FRACTALS:
+        n.approximate(f"noise type {kind} is not understood: FBM")
+        kind = "FBM"
+    vector = coordinates(n)
+    names = (("Detail", 2.0), ("Roughness", 0.5), ("Lacunarity", 2.0), ("Offset", 0.0), ("Gain", 1.0))
+    inputs = [
+        vector,
+        n.float("W"),
+        n.float("Scale", 5.0),
+        n.float("Distortion"),
+        *(n.float(name, default) for name, default in names),
+    ]
+    static = (dimensions, kind, bool(n.prop("normalize", True)))
+    out: dict[str, Value | None] = {}
+    if n.wants("Color"):
+        out["Color"] = n.call(noise_color, *inputs, static=static)
+    if n.wants("Fac"):
+        out["Fac"] = n.call(noise_value, *inputs, static=static)
+    return out
+
+
+# ------------------------------------------------------------------ Wave
+
+
+def _phase(kind: str, direction: str, p: Float32) -> Float32:
+    """20 times the distance along the bands or from the rings' axis."""
+    x, y, z = p
+    if kind == "BANDS":
+        bands = {"X": x * 20, "Y": y * 20, "Z": z * 20}
+        return bands[direction] if direction in bands else (x + y + z) * 10
+    squares = [c * c for c, axis in zip((x, y, z), "XYZ", strict=True) if axis != direction]
+    total = squares[0] + squares[1]
+    return np.sqrt(total + squares[2] if len(squares) == 3 else total) * 20
+
+
+@op(FLOAT)
+def wave(
+    kind: str,
+    direction: str,
+    profile: str,
+    vector: Float32,
+    scale: Float32,
+    distortion: Float32,
+    detail: Float32,
+    detail_scale: Float32,
+    roughness: Float32,
+    phase: Float32,
+) -> Float32:
+    """The Wave texture's value in [0, 1]."""
+    p = (vector * scale + np.float32(1e-6)) * np.float32(0.999999)
+    n = _phase(kind, direction, p) + phase
+    if (distortion != 0).any():
+        point = [c * detail_scale for c in p]
+        wobble = noise.fbm(point, detail, roughness, np.full(1, 2, np.float32), True) * 2 - 1
+        n = n + distortion * wobble
+    if profile == "SIN":
+        return np.float32(0.5) + np.float32(0.5) * np.sin(n - np.float32(np.pi / 2))
+    turns = n / TWO_PI
+    if profile == "SAW":
+        return turns - np.floor(turns)
+    return np.abs(turns - np.floor(turns + np.float32(0.5))) * 2
+
+
+@node("TexWave")
+def tex_wave(n: NodeView) -> Outputs:
+    kind = str(n.prop("wave_type", "BANDS"))
+    direction = str(n.prop("bands_direction" if kind == "BANDS" else "rings_direction", "X"))
+    inputs = [
+        coordinates(n),
+        n.float("Scale", 5.0),
+        n.float("Distortion"),
+        n.float("Detail", 2.0),
+        n.float("Detail Scale", 1.0),
+        n.float("Detail Roughness", 0.5),
+        n.float("Phase Offset"),
+    ]
+    f = n.call(wave, *inputs, static=(kind, direction, str(n.prop("wave_profile", "SIN"))))
+    return {"Fac": f, "Color": n.call(spread_color, f)}

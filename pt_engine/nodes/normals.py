@@ -1,0 +1,208 @@
+"""Normal Map, Bump, and the normals that glossy closures may use."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core import vectors
+from .graph import NodeView
+from .ir import VECTOR, Value, lane_op
+from .registry import Outputs, node
+from .surface import is_zero
+from .vector_nodes import unit
+
+Float32 = NDArray[np.float32]
+
+
+# ------------------------------------------------------------------ Normal Map
+
+
+@lane_op(VECTOR, reads=lambda name, flip: (f"tangent:{name}", f"uv:{name}"))
+def tangent_space_normal(lanes: Any, name: str, flip: bool, color: Float32, strength: Float32) -> Float32:
+    """A normal from a map in tangent space.
+
+    x and y are scaled by the strength, z faded to 1, all in the frame (T, B, N) of the uv map; back
+    faces see the whole frame turned around, as in Cycles.
+    """
+    x, y, z = 2 * color - 1
+    if flip:
+        y = -y
+    side = 1 - 2 * lanes.backfacing
+    normal = lanes.ns * side
+    tangent, sign = lanes.tangent(name)
+    bitangent = sign * vectors.cross(normal, tangent)
+    z = 1 + np.clip(strength, 0, 1) * (z - 1)
+    out = (x * strength) * tangent + (y * strength) * bitangent + z * normal
+    return usable(unit(out) * side, lanes.ns)
+
+
+@lane_op(VECTOR)
+def space_normal(lanes: Any, space: str, flip: bool, color: Float32, strength: Float32) -> Float32:
+    """A normal from a map in object or world space, blended with the shading normal by strength."""
+    n = 2 * color - 1
+    turned = np.array([1, -1 if flip != space.startswith("BLENDER") else 1, 1], np.float32)[:, None]
+    if space.startswith("BLENDER"):
+        turned[2] = -1
+    n = np.ascontiguousarray(np.broadcast_to(n * turned, (3, lanes.n)))
+    if space.endswith("OBJECT"):
+        n = lanes.to_world_normal(n)
+    n = unit(n) * (1 - 2 * lanes.backfacing)
+    n = unit(lanes.ns + (n - lanes.ns) * np.maximum(strength, 0))
+    return usable(n, lanes.ns)
+
+
+def usable(n: Float32, fallback: Float32) -> Float32:
+    """n, or the fallback where n is zero or not finite."""
+    size = vectors.dot(n, n)
+    bad = np.flatnonzero(~(size > 0.25))
+    if len(bad):
+        n = n.copy()
+        n[:, bad] = fallback[:, bad]
+    return n
+
+
+@node("NormalMap")
+def normal_map_node(n: NodeView) -> Outputs:
+    strength = n.float("Strength", 1.0)
+    if is_zero(strength):
+        return {"Normal": None}
+    space, color = str(n.prop("space", "TANGENT")), n.color("Color", (0.5, 0.5, 1.0))
+    flip = n.prop("convention", "OPENGL") == "DIRECTX"
+    if space == "TANGENT":
+        n.approximate("tangents are per triangle, not smoothed over vertices")
+        static = (str(n.prop("uv_map", "")), flip)
+        return {"Normal": n.call(tangent_space_normal, color, strength, static=static)}
+    return {"Normal": n.call(space_normal, color, strength, static=(space, flip))}
+
+
+# ------------------------------------------------------------------ Bump
+
+
+def offsets(lanes: Any) -> tuple[Float32, Float32]:
+    """The two steps dx, dy (3, n) along the face that Bump takes its differences over.
+
+    Lanes that know their ray's footprint say so (`bump_offsets`); else a small part of the distance to
+    the viewer, which is about a pixel's footprint at usual resolutions.
+    """
+    known = getattr(lanes, "bump_offsets", None)
+    if known is not None:
+        dx, dy = known()
+        return dx, dy
+    n = lanes.ng
+    a = np.stack([n[2] - n[1], n[0] - n[2], n[1] - n[0]])
+    size = vectors.length(a)
+    poor = size < 1e-3
+    a = a / (size + poor) * ~poor + poor * np.array([1, -1, 0], np.float32)[:, None] * np.float32(0.5**0.5)
+    b = vectors.cross(n, a)
+    step = STEP * np.minimum(lanes.ray_length, np.float32(1e6))
+    return a * step, b * step
+
+
+STEP = np.float32(1e-4)
+
+
+@lane_op(VECTOR)
+def bump(
+    lanes: Any,
+    invert: bool,
+    height: Float32,
+    height_x: Float32,
+    height_y: Float32,
+    strength: Float32,
+    distance: Float32,
+    *normal: Float32,
+) -> Float32:
+    """The normal of the surface raised by height · distance, mixed in by strength.
+
+    N' = |det|·N − distance·sign(det)·(Δh_x R_x + Δh_y R_y), R_x = dy × N, R_y = N × dx, det = dx·R_x
+    (Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU"; filter width 1).
+    """
+    n = normal[0] if normal else lanes.ns
+    dx, dy = offsets(lanes)
+    rx, ry = vectors.cross(dy, n), vectors.cross(n, dx)
+    det = vectors.dot(dx, rx)
+    gradient = (height_x - height) * rx + (height_y - height) * ry
+    scale = (-distance if invert else distance) * np.copysign(np.float32(1), det)
+    bent = unit(np.abs(det) * n - scale * gradient)
+    s = np.maximum(strength, 0)
+    out = unit(s * bent + (1 - s) * n)
+    return usable(out, n)
+
+
+@node("Bump")
+def bump_node(n: NodeView) -> Outputs:
+    normal = n.optional("Normal")
+    strength, distance = n.float("Strength", 1.0), n.float("Distance", 0.1)
+    if n.linked("Height") is None or is_zero(strength) or is_zero(distance):
+        return {"Normal": normal}
+    n.approximate("height differences over a fixed small step instead of the pixel's footprint")
+    heights: list[Value] = [n.shifted_float("Height", shift) for shift in (0, 1, 2)]
+    extra = () if normal is None else (normal,)
+    static = (bool(n.prop("invert", False)),)
+    return {"Normal": n.call(bump, *heights, strength, distance, *extra, static=static)}
+
+
+@node("Bevel")
+def bevel_node(n: NodeView) -> Outputs:
+    n.ignored("edges stay sharp")
+    return {"Normal": n.optional("Normal")}
+
+
+# ------------------------------------------------------------------ normals for closures
+
+
+@lane_op(VECTOR)
+def facing_normal(lanes: Any, normal: Float32) -> Float32:
+    """A linked normal at unit length; the shading normal where it is unusable."""
+    return usable(unit(np.broadcast_to(normal, (3, lanes.n))), lanes.ns)
+
+
+@lane_op(VECTOR)
+def reflecting_normal(lanes: Any, *normal: Float32) -> Float32:
+    """The normal, raised toward the face's where the mirror direction would dip below the face.
+
+    With t the least cosine the mirror direction may have, X the part of N orthogonal to Ng and
+    I = wi: the raised N' = (N'_x, N'_z) in (X, Ng) solves 2 (N'·I) N'_z − I_z = t, a quadratic in N'_z².
+    """
+    n = usable(unit(np.broadcast_to(normal[0], (3, lanes.n))), lanes.ns) if normal else lanes.ns
+    ng, wi = lanes.ng, lanes.wi
+    if n is ng:
+        return n
+    iz = vectors.dot(wi, ng)
+    t = np.minimum(np.float32(0.9) * iz, np.float32(0.01))
+    mirrored = 2 * vectors.dot(n, wi) * vectors.dot(n, ng) - iz
+    low = np.flatnonzero(mirrored < t)
+    if len(low) == 0:
+        return n
+    out = np.array(n)
+    out[:, low] = _raised(n[:, low], ng[:, low], wi[:, low], iz[low], t[low])
+    return out
+
+
+def _raised(n: Float32, ng: Float32, wi: Float32, iz: Float32, t: Float32) -> Float32:
+    x_axis = n - vectors.dot(n, ng) * ng
+    size = vectors.length(x_axis)
+    x_axis = x_axis / (size + (size == 0))
+    ix = vectors.dot(wi, x_axis)
+    a = np.maximum(ix * ix + iz * iz, np.float32(1e-12))
+    b = 2 * (a + iz * t)
+    c = (t + iz) ** 2
+    root = np.sqrt(np.maximum(b * b - 4 * a * c, 0))
+    nz2 = np.clip(np.float32(0.25) * (b - np.copysign(root, ix)) / a, 0, 1)
+    out: Float32 = np.sqrt(1 - nz2) * x_axis + np.sqrt(nz2) * ng
+    return out
+
+
+def closure_normal(n: NodeView, name: str = "Normal") -> Value | None:
+    """A diffuse closure's normal; None for the shading normal."""
+    linked = n.optional(name)
+    return None if linked is None else n.call(facing_normal, linked)
+
+
+def glossy_normal(n: NodeView, name: str = "Normal") -> Value | None:
+    """A glossy closure's normal, valid for reflection; None where only the shading normal is used."""
+    linked = n.optional(name)
+    return None if linked is None else n.call(reflecting_normal, linked)

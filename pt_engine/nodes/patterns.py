@@ -1,0 +1,252 @@
+"""Procedural patterns without noise: Checker, Brick, Gradient, Magic, White Noise; and the sky's stand-in."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import hashes
+from .graph import NodeView
+from .inputs import coordinates
+from .ir import COLOR, FLOAT, VECTOR, Value, mean, op, spread_color
+from .math_nodes import divide, select, smooth_step
+from .registry import Outputs, node
+
+Float32 = NDArray[np.float32]
+
+
+def scaled(n: NodeView, default: float = 5.0) -> Value:
+    """Coordinates times Scale."""
+    return n.call(times, coordinates(n), n.float("Scale", default))
+
+
+@op(VECTOR)
+def times(v: Float32, s: Float32) -> Float32:
+    """v·s."""
+    out: Float32 = v * s
+    return out
+
+
+# ------------------------------------------------------------------ Checker
+
+
+@op(FLOAT)
+def checker(p: Float32) -> Float32:
+    """1 and 0 in turn over unit cubes."""
+    cell = np.abs(np.floor((p + np.float32(1e-6)) * np.float32(0.999999))).astype(np.int32) & 1
+    return ((cell[0] == cell[1]) == (cell[2] == 1)).astype(np.float32)
+
+
+@op(COLOR)
+def either(f: Float32, one: Float32, other: Float32) -> Float32:
+    """`one` where f is 1, `other` where it is 0."""
+    out: Float32 = other + f * (one - other)
+    return out
+
+
+@node("TexChecker")
+def tex_checker(n: NodeView) -> Outputs:
+    f = n.call(checker, scaled(n))
+    return {"Fac": f, "Color": n.call(either, f, n.color("Color1", 0.8), n.color("Color2", 0.2))}
+
+
+# ------------------------------------------------------------------ Brick
+
+
+def brick_noise(number: NDArray[np.uint32]) -> Float32:
+    """A random number in [0, 1) of an integer, as Cycles' bricks have it."""
+    n = (number + np.uint32(1013)) & np.uint32(0x7FFFFFFF)
+    n = (n >> np.uint32(13)) ^ n
+    n = (n * (n * n * np.uint32(60493) + np.uint32(19990303)) + np.uint32(1376312589)) & np.uint32(0x7FFFFFFF)
+    return np.float32(0.5) * (n.astype(np.float32) * np.float32(1 / 1073741824))
+
+
+@op(FLOAT, FLOAT)
+def brick(
+    offset: float,
+    offset_every: int,
+    squash: float,
+    squash_every: int,
+    p: Float32,
+    mortar: Float32,
+    smooth: Float32,
+    bias: Float32,
+    width: Float32,
+    height: Float32,
+) -> tuple[Float32, Float32]:
+    """Tint of the brick at p, and how much of it is mortar."""
+    row = np.floor(divide(p[1], height)).astype(np.int32)
+    shift: Float32 | float = 0.0
+    if offset_every and squash_every:
+        width = width * select(row % np.int32(squash_every) == 0, np.float32(squash), np.float32(1))
+        shift = select(row % np.int32(offset_every) == 0, width * np.float32(offset), np.float32(0))
+    along = p[0] + shift
+    column = np.floor(divide(along, width)).astype(np.int32)
+    x, y = along - width * column, p[1] - height * row
+    number = (row.astype(np.uint32) << np.uint32(16)) + (column.astype(np.uint32) & np.uint32(0xFFFF))
+    tint = np.clip(brick_noise(number) + bias, 0, 1)
+    edge = np.minimum(np.minimum(x, y), np.minimum(width - x, height - y))
+    inside = edge >= mortar
+    depth = 1 - divide(edge, mortar)
+    hard = smooth == 0
+    part = select(hard, np.float32(1), smooth_step(np.clip(divide(depth, smooth), 0, 1)))
+    return tint, part * ~inside
+
+
+@op(COLOR)
+def brick_color(tint: Float32, mortar: Float32, one: Float32, other: Float32, between: Float32) -> Float32:
+    """Two brick colours by tint, mortar between."""
+    body = (1 - tint) * one + tint * other
+    out: Float32 = body * (1 - mortar) + between * mortar
+    return out
+
+
+@node("TexBrick")
+def tex_brick(n: NodeView) -> Outputs:
+    static = (
+        float(n.prop("offset", 0.5)),
+        int(n.prop("offset_frequency", 2)),
+        float(n.prop("squash", 1.0)),
+        int(n.prop("squash_frequency", 2)),
+    )
+    sizes = [
+        n.float("Mortar Size", 0.02),
+        n.float("Mortar Smooth", 0.1),
+        n.float("Bias"),
+        n.float("Brick Width", 0.5),
+        n.float("Row Height", 0.25),
+    ]
+    tint, mortar = n.calls(brick, scaled(n), *sizes, static=static)
+    out: dict[str, Value | None] = {"Fac": mortar}
+    if n.wants("Color"):
+        colors = n.color("Color1", 0.8), n.color("Color2", 0.2), n.color("Mortar")
+        out["Color"] = n.call(brick_color, tint, mortar, *colors)
+    return out
+
+
+# ------------------------------------------------------------------ Gradient
+
+
+@op(FLOAT)
+def gradient(kind: str, p: Float32) -> Float32:
+    """The Gradient texture's value in [0, 1]."""
+    x, y, z = p
+    if kind == "LINEAR":
+        f = x
+    elif kind == "QUADRATIC":
+        f = np.maximum(x, 0) ** 2
+    elif kind == "EASING":
+        f = smooth_step(np.clip(x, 0, 1))
+    elif kind == "DIAGONAL":
+        f = (x + y) * np.float32(0.5)
+    elif kind == "RADIAL":
+        f = np.arctan2(y, x) * np.float32(0.5 / np.pi) + np.float32(0.5)
+    else:
+        f = np.maximum(np.float32(0.999999) - np.sqrt(x * x + y * y + z * z), 0)
+        f = f * f if kind == "QUADRATIC_SPHERE" else f
+    return np.clip(f, 0, 1)
+
+
+@node("TexGradient")
+def tex_gradient(n: NodeView) -> Outputs:
+    f = n.call(gradient, coordinates(n), static=(str(n.prop("gradient_type", "LINEAR")),))
+    return {"Fac": f, "Color": n.call(spread_color, f)}
+
+
+# ------------------------------------------------------------------ Magic
+
+
+@op(COLOR)
+def magic(depth: int, p: Float32, scale: Float32, distortion: Float32) -> Float32:
+    """Psychedelic sines of sines."""
+    px, py, pz = np.fmod(p * scale, np.float32(2 * np.pi))
+    x = np.sin((px + py + pz) * 5)
+    y = np.cos((-px + py - pz) * 5)
+    z = -np.cos((-px - py + pz) * 5)
+    d = distortion
+    if depth > 0:
+        x, y, z = x * d, y * d, z * d
+        y = -np.cos(x - y + z) * d
+    if depth > 1:
+        x = np.cos(x - y - z) * d
+    if depth > 2:
+        z = np.sin(-x - y - z) * d
+    if depth > 3:
+        x = -np.cos(-x + y - z) * d
+    if depth > 4:
+        y = -np.sin(-x + y + z) * d
+    if depth > 5:
+        y = -np.cos(-x + y + z) * d
+    if depth > 6:
+        x = np.cos(x + y + z) * d
+    if depth > 7:
+        z = np.sin(x + y - z) * d
+    if depth > 8:
+        x = -np.cos(-x - y + z) * d
+    if depth > 9:
+        y = -np.sin(x - y + z) * d
+    twice = 2 * d + (d == 0)
+    return np.float32(0.5) - np.stack([x / twice, y / twice, z / twice])
+
+
+@node("TexMagic")
+def tex_magic(n: NodeView) -> Outputs:
+    inputs = coordinates(n), n.float("Scale", 5.0), n.float("Distortion", 1.0)
+    color = n.call(magic, *inputs, static=(int(n.prop("turbulence_depth", 2)),))
+    # Fac is the mean of the components, not their luminance
+    return {"Color": color, "Fac": n.call(mean, n.builder.convert(color, VECTOR))}
+
+
+# ------------------------------------------------------------------ White Noise
+
+
+@op(FLOAT)
+def white_noise(*p: Float32) -> Float32:
+    """A random number of 1 to 4 coordinates."""
+    return hashes.floats_to_float(*p)
+
+
+@op(COLOR)
+def white_noise_color(*p: Float32) -> Float32:
+    """A random colour of 1 to 4 coordinates."""
+    return hashes.floats_to_color(*p)
+
+
+@node("TexWhiteNoise")
+def tex_white_noise(n: NodeView) -> Outputs:
+    from .vector_nodes import separate
+
+    dimensions = int(str(n.prop("noise_dimensions", "3D"))[0])
+    x, y, z = n.calls(separate, n.vector("Vector"))
+    w = n.float("W")
+    args = {1: (w,), 2: (x, y), 3: (x, y, z), 4: (x, y, z, w)}[dimensions]
+    table = {"Value": white_noise, "Color": white_noise_color}
+    return {name: n.call(what, *args) for name, what in table.items() if n.wants(name)}
+
+
+# ------------------------------------------------------------------ Sky
+
+
+@op(COLOR)
+def plain_sky(direction: Float32) -> Float32:
+    """A blue that pales toward the horizon, dark below: no model, only a stand-in of daylight's colour."""
+    z = direction[2] / np.sqrt(np.maximum((direction * direction).sum(axis=0), np.float32(1e-20)))
+    up = np.clip(z, 0, 1) ** np.float32(0.5)
+    ground = (z < 0).astype(np.float32)
+    zenith, horizon, soil = (
+        np.array(c, np.float32)[:, None] for c in ((0.12, 0.26, 0.62), (0.62, 0.75, 0.92), (0.12, 0.11, 0.10))
+    )
+    sky = horizon + up * (zenith - horizon)
+    return sky + ground * (soil - sky)
+
+
+@node("TexSky")
+def tex_sky(n: NodeView) -> Outputs:
+    n.approximate("a plain blue gradient without a sun stands in for the sky model")
+    return {"Color": n.call(plain_sky, coordinates(n))}
+
+
+@node("TexIES")
+def tex_ies(n: NodeView) -> Outputs:
+    n.ignored("the lamp's light distribution is left out: it shines evenly")
+    return {"Fac": n.float("Strength", 1.0)}

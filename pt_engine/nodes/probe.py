@@ -1,0 +1,105 @@
+"""Stand-in lanes: a sheet of points that programs are tried on when no scene is there yet.
+
+Light selection needs a rough power for emitters whose radiance varies over the surface; the mean of
+their program over this sheet is it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.raykind import RayKind
+
+if TYPE_CHECKING:
+    from .batch import Batch
+
+Float32 = NDArray[np.float32]
+
+
+class ProbeLanes:
+    """A unit square in the xy plane, seen from straight above, with everything else at its default.
+
+    Parameters
+    ----------
+    material : (n,) int32
+    points : (3, n) float32
+        Positions; their x and y are the uv too.
+    """
+
+    smooth = False
+
+    def __init__(self, material: NDArray[np.int32], points: Float32) -> None:
+        self.n = points.shape[1]
+        self.material = material
+        self.position = self.p = points
+        up = np.zeros_like(points)
+        up[2] = 1
+        self.wi = self.ng = self.ns = up
+        self.backfacing = np.zeros(self.n, np.float32)
+        self.ray_length = np.ones(self.n, np.float32)
+        self.ray_kind = np.full(self.n, RayKind.DIFFUSE, np.int32)
+        self.depth = self.transparent_depth = np.zeros(self.n, np.int32)
+
+    def uv(self, name: str) -> Float32:
+        return self.position[:2]
+
+    def generated(self) -> Float32:
+        return self.position
+
+    object_position = generated
+
+    def color(self, name: str) -> Float32:
+        return np.ones((4, self.n), np.float32)
+
+    def tangent(self, uv_name: str) -> tuple[Float32, Float32]:
+        t = np.zeros_like(self.position)
+        t[0] = 1
+        return t, np.ones(self.n, np.float32)
+
+    def barycentric(self) -> Float32:
+        return self.position[:2]
+
+    def object_normal(self) -> Float32:
+        return self.ns
+
+    def to_world_normal(self, n: Float32) -> Float32:
+        return n
+
+    to_object_normal = to_object_vector = to_world_vector = to_world_normal
+
+    def object_random(self) -> Float32:
+        return np.zeros(self.n, np.float32)
+
+    object_index = object_random
+
+    def object_color(self) -> Float32:
+        return np.ones((4, self.n), np.float32)
+
+    def object_location(self) -> Float32:
+        return np.zeros((3, self.n), np.float32)
+
+    def shifted(self, axis: int) -> ProbeLanes:
+        return self
+
+
+def sheet(side: int = 16) -> Float32:
+    """(3, side²) cell centres of the unit square."""
+    x, y = np.meshgrid((np.arange(side) + 0.5) / side, (np.arange(side) + 0.5) / side)
+    return np.stack([x.ravel(), y.ravel(), np.zeros(side * side)]).astype(np.float32)
+
+
+def mean_emission(batch: Batch) -> Float32:
+    """(3, M) mean radiance of each of a batch's materials over the sheet; finite and not negative."""
+    points = sheet()
+    means = []
+    for material in batch.materials:
+        value = batch.emission(ProbeLanes(np.full(points.shape[1], material, np.int32), points))
+        if value is None:
+            means.append(np.zeros(3, np.float32))
+            continue
+        finite = np.nan_to_num(value, nan=0.0, posinf=0.0, neginf=0.0).clip(0)
+        means.append(finite.mean(axis=1, dtype=np.float64).astype(np.float32))
+    return np.stack(means, axis=1)

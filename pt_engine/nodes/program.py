@@ -1,0 +1,206 @@
+"""A compiled program: a straight list of steps over numbered slots, and the table of its constants.
+
+Programs have the same `Structure` where only constants differ; their materials share a `Batch`. Of its
+constants those that are equal in all its materials are broadcast; the rest are rows of a table that
+lanes gather from by their material.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .ir import Call, Const, Op, Result, Static, Value
+
+Float32 = NDArray[np.float32]
+Int32 = NDArray[np.int32]
+
+
+class LanesLike(Protocol):
+    """What programs themselves need of lanes; ops read more (see `scene.lanes`)."""
+
+    @property
+    def n(self) -> int: ...
+    @property
+    def material(self) -> Int32: ...
+    @property
+    def ns(self) -> Float32: ...
+
+
+class Slot(NamedTuple):
+    """Where a value is: constant number `number`, or (`constant` False) result number `number`."""
+
+    constant: bool
+    number: int
+    type: str
+
+
+class Step(NamedTuple):
+    """One call: results `first`, `first + 1` ... of `op` applied to `args`."""
+
+    op: Op
+    static: Static
+    shift: int
+    args: tuple[Slot, ...]
+    first: int
+
+
+class Structure(NamedTuple):
+    """A program without its constants' values: hashable, equal for materials that can share a batch."""
+
+    steps: tuple[Step, ...]
+    roots: tuple[Slot, ...]
+
+
+def linearise(roots: Sequence[Value]) -> tuple[Structure, list[Float32]]:
+    """Steps in an order in which they can run, and the constants, one per *use*.
+
+    A constant gets a number per use, not per value: two materials have the same structure even where
+    one of them happens to use the same number twice.
+    """
+    steps: list[Step] = []
+    constants: list[Float32] = []
+    first: dict[int, int] = {}
+    results = 0
+
+    def slot(value: Value) -> Slot:
+        if isinstance(value, Const):
+            constants.append(value.data)
+            return Slot(True, len(constants) - 1, value.type)
+        if not isinstance(value, Result):
+            raise TypeError(f"not a value of a program: {value!r}")
+        return Slot(False, first[id(value.call)] + value.index, value.type)
+
+    for call in ordered_calls(roots):
+        args = tuple(slot(a) for a in call.args)
+        first[id(call)] = results
+        steps.append(Step(call.op, call.static, call.shift, args, results))
+        results += len(call.op.types)
+    return Structure(tuple(steps), tuple(slot(r) for r in roots)), constants
+
+
+def ordered_calls(roots: Iterable[Value]) -> list[Call]:
+    """Every call that `roots` depend on, arguments before users (without recursion: chains may be long)."""
+    done: set[int] = set()
+    order: list[Call] = []
+    stack = [(r.call, False) for r in reversed(list(roots)) if isinstance(r, Result)]
+    while stack:
+        call, ready = stack.pop()
+        if id(call) in done:
+            continue
+        if ready:
+            done.add(id(call))
+            order.append(call)
+            continue
+        stack.append((call, True))
+        stack.extend((a.call, False) for a in reversed(call.args) if isinstance(a, Result))
+    return order
+
+
+class ConstantTable:
+    """The constants of a batch: `fixed[k]` for number k, or a column of `varying` by material.
+
+    Parameters
+    ----------
+    constants : list of list of (1,) or (3, 1) float32
+        Per material of the batch.
+    materials : sequence of int
+        Their numbers in the scene.
+    """
+
+    def __init__(self, constants: Sequence[Sequence[Float32]], materials: Sequence[int]) -> None:
+        self.fixed: list[Float32 | None] = []
+        self.column: list[int] = []
+        self.varying: list[Float32] = []
+        known: dict[bytes, int] = {}
+        for values in zip(*constants, strict=True):
+            if all(np.array_equal(values[0], v) for v in values[1:]):
+                self.fixed.append(values[0])
+                self.column.append(-1)
+                continue
+            column = np.ascontiguousarray(np.concatenate(values, axis=-1))
+            key = column.tobytes()
+            if key not in known:
+                known[key] = len(self.varying)
+                self.varying.append(column)
+            self.fixed.append(None)
+            self.column.append(known[key])
+        self._row = np.zeros(max(materials, default=0) + 1, np.int32)
+        self._row[list(materials)] = np.arange(len(materials))
+
+    def rows(self, lanes: LanesLike) -> Int32:
+        """(n,) row of the table for each lane."""
+        return self._row.take(lanes.material, mode="clip")
+
+
+class Entry:
+    """One way into a program: computes some of its roots, doing only the work they need."""
+
+    def __init__(self, structure: Structure, table: ConstantTable, roots: Sequence[int]) -> None:
+        self.table = table
+        self.outputs = [structure.roots[r] for r in roots]
+        self.steps = needed_steps(structure.steps, self.outputs)
+        self._size = sum(len(s.op.types) for s in structure.steps)
+        used = {s.number for step in self.steps for s in step.args if s.constant}
+        used |= {s.number for s in self.outputs if s.constant}
+        self._constants: list[Any] = [None] * len(table.fixed)
+        self._gathers: list[tuple[int, Float32]] = []
+        for k in sorted(used):
+            self._constants[k] = table.fixed[k]
+            if table.fixed[k] is None:
+                self._gathers.append((k, table.varying[table.column[k]]))
+        self.is_constant = not self.steps and not self._gathers
+
+    def run(self, lanes: LanesLike) -> list[Float32]:
+        """The roots' values."""
+        constants = self._constants
+        if self._gathers:
+            constants = self._gathered(lanes)
+        results: list[Any] = [None] * self._size
+        shifts: dict[int, Any] = {0: lanes}
+        for what, static, shift, args, first in self.steps:
+            arrays = [constants[s.number] if s.constant else results[s.number] for s in args]
+            if what.lanes:
+                if shift not in shifts:
+                    shifts[shift] = lanes.shifted(shift)  # type: ignore[attr-defined]
+                out = what.function(shifts[shift], *static, *arrays)
+            else:
+                out = what.function(*static, *arrays)
+            if len(what.types) == 1:
+                results[first] = out
+            else:
+                results[first : first + len(what.types)] = out
+        return [constants[s.number] if s.constant else results[s.number] for s in self.outputs]
+
+    def _gathered(self, lanes: LanesLike) -> list[Any]:
+        rows = self.table.rows(lanes)
+        constants = self._constants.copy()
+        taken: dict[int, Float32] = {}
+        for k, column in self._gathers:
+            if id(column) not in taken:
+                taken[id(column)] = column.take(rows, axis=-1)
+            constants[k] = taken[id(column)]
+        return constants
+
+    def constant(self, output: int) -> Float32 | None:
+        """The value of an output that no lane can change."""
+        slot = self.outputs[output]
+        return self._constants[slot.number] if slot.constant else None
+
+    def reads(self) -> set[str]:
+        """Names of the lane attributes that the steps need."""
+        return {name for s in self.steps for name in s.op.reads(*s.static)}
+
+
+def needed_steps(steps: Sequence[Step], outputs: Iterable[Slot]) -> list[Step]:
+    """Those steps, in order, that `outputs` depend on."""
+    wanted = {s.number for s in outputs if not s.constant}
+    kept = []
+    for step in reversed(steps):
+        if any(step.first + k in wanted for k in range(len(step.op.types))):
+            kept.append(step)
+            wanted |= {s.number for s in step.args if not s.constant}
+    return kept[::-1]

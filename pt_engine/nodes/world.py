@@ -1,0 +1,95 @@
+"""The world's and the lamps' shader graphs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.snapshot import Graph, ImageData
+from ..textures.images import TextureStore
+from . import catalogue as catalogue  # fills the registry
+from .batch import Batch, plan
+from .coverage import APPROXIMATE, Coverage, CoverageLog
+from .graph import GraphReader
+from .ir import Builder
+from .probe import mean_emission
+from .program import LanesLike
+from .surface import SurfaceBuilder
+
+Float32 = NDArray[np.float32]
+
+
+@dataclass
+class WorldProgram:
+    """What arrives from outside the scene.
+
+    Attributes
+    ----------
+    constant : (3,) float32 or None
+        The radiance, where it is the same in every direction.
+    emits : bool
+        Whether any light arrives at all.
+    """
+
+    constant: Float32 | None
+    emits: bool
+    coverage: list[Coverage] = field(default_factory=list)
+    needs: frozenset[str] = frozenset()
+    _batch: Batch | None = None
+
+    def emission(self, lanes: LanesLike) -> Float32:
+        """(3, n) radiance that travels along the lanes' rays backwards, into the scene."""
+        if self._batch is None:
+            known = np.zeros(3, np.float32) if self.constant is None else self.constant
+            return np.broadcast_to(known[:, None], (3, lanes.n))
+        value = self._batch.emission(lanes)
+        if value is None:
+            return np.zeros((3, lanes.n), np.float32)
+        return np.broadcast_to(value, (3, lanes.n)) if value.shape[1] != lanes.n else value
+
+
+def compile_world(
+    graph: Graph | None, images: Sequence[ImageData] = (), ocio_config: str = ""
+) -> WorldProgram:
+    """Compile a world; None is black."""
+    if graph is None:
+        return WorldProgram(np.zeros(3, np.float32), False)
+    batch, log = _emitter(graph, TextureStore(images, ocio_config), world=True)
+    known = batch.constant_emission()
+    if known is None:
+        return WorldProgram(None, True, log.entries(), batch.needs, batch)
+    radiance = np.ascontiguousarray(known[:, 0])
+    return WorldProgram(radiance, bool((radiance != 0).any()), log.entries(), batch.needs)
+
+
+def compile_light(
+    graph: Graph | None, images: Sequence[ImageData] = (), ocio_config: str = ""
+) -> tuple[Float32, list[Coverage]]:
+    """The constant factor (3,) of a lamp's node tree on its power, and what that leaves out."""
+    if graph is None:
+        return np.ones(3, np.float32), []
+    batch, log = _emitter(graph, TextureStore(images, ocio_config), world=False)
+    known = batch.constant_emission()
+    if known is None:
+        log.note(graph.name, APPROXIMATE, "the lamp's colour varies; its mean is used in all directions")
+        known = mean_emission(batch)
+    return np.ascontiguousarray(known[:, 0]), log.entries()
+
+
+def _emitter(graph: Graph, textures: TextureStore, world: bool) -> tuple[Batch, CoverageLog]:
+    builder, log = Builder(), CoverageLog(graph.name)
+    out = SurfaceBuilder(builder)
+    reader = GraphReader(graph, builder, textures, log, world)
+    link = graph.outputs.get("Surface")
+    if link is not None:
+        reader.closures(link, builder.one, out)
+    if graph.outputs.get("Volume") is not None:
+        log.note(graph.name, "ignored", "the volume is left out: clear air")
+    for node, effect in graph.notes:
+        log.note(node, "ignored", effect)
+    out.leaves, out.transparency = [], None
+    key, constants = plan(out)
+    return Batch(key, [constants], [0]), log
