@@ -167,17 +167,21 @@ def _alias_table(scaled: Float64) -> NDArray[np.uint64]:
     np.cumsum(np.where(heavy, 0.0, -surplus), axis=1, out=running)
     running += offset
     deficit_after = running[~heavy]
-    deficit_before = deficit_after + surplus[~heavy]
     del running, surplus
 
     heavy_index = np.flatnonzero(heavy)
     last = np.cumsum(heavy.sum(axis=1)) - 1  # position in `excess` of each row's last heavy entry
     light_index = np.flatnonzero(~heavy)
+    # The very bits of the deficit after the one before: where both meet a heavy entry's end they must agree.
+    light_row = light_index // n
+    deficit_before = offset.ravel()[light_row]
+    same_row = np.flatnonzero(light_row[1:] == light_row[:-1]) + 1
+    deficit_before[same_row] = deficit_after[same_row - 1]
     keep = np.ones(rows * n, np.float32)
     alias = np.arange(rows * n, dtype=np.int64)
 
     # A light entry borrows from the first heavy one whose running excess passes the deficit before it.
-    donor = np.minimum(np.searchsorted(excess, deficit_before, side="right"), last[light_index // n])
+    donor = np.minimum(np.searchsorted(excess, deficit_before, side="right"), last[light_row])
     keep[light_index] = scaled.ravel()[light_index]
     alias[light_index] = heavy_index[donor]
     # A heavy entry is used up by the light one whose running deficit reaches its excess; the next heavy
