@@ -268,8 +268,10 @@ class Film:
         """The arrays that make the film, in the order of pixel numbers."""
         stored = self._gather(slice(0, self.pixels))
         arrays: dict[str, NDArray[np.generic]] = {
-            "high": self._high[:, stored], "low": self._low[:, stored], "count": self._count[stored],
-        }  # fmt: skip
+            "high": np.ascontiguousarray(self._high[:, stored]),
+            "low": np.ascontiguousarray(self._low[:, stored]),
+            "count": self._count[stored],
+        }
         if self._alpha is not None:
             arrays["alpha"] = self._alpha[stored]
         return arrays
