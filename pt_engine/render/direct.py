@@ -28,15 +28,15 @@ class Direct(Integrator):
     """What the three have in common: emission at p₁, then one bounce."""
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
-        path = PathState.start(sampler)
-        si = scene.intersect(rays)
-        for found in scene.emission(rays, si, path):
-            path.gather(found)
+        path = PathState.start(sampler, scene.tracks_history)
+        found = scene.intersect(rays)
+        for light in scene.emission(rays, found, path):
+            path.gather(light)
         radiance = path.L.copy()
 
-        order, spans = sorted_by_batch(scene.batch(si), scene.dead)
+        order, spans = sorted_by_batch(scene.batch(found), scene.dead)
         lit = order[: spans[-1][1].stop if spans else 0]
-        path, si = path.take(lit), si.take(lit)
+        path, si = path.take(lit), scene.surface(rays, found, lit)
         bsdf = scene.shade(si, path, spans)
         path.L = 0
         self.reflected(scene, path, si, bsdf, path.sampler(sampler))
@@ -61,8 +61,8 @@ class DirectBSDF(Direct):
         self, scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, random: LaneSampler
     ) -> None:
         rays = path.scatter(si, bsdf.sample(random.bsdf(0)))
-        for found in scene.emission(rays, scene.intersect(rays), path):
-            path.L[:, found.lanes] += path.beta.take(found.lanes, axis=1) * found.radiance
+        for light in scene.emission(rays, scene.intersect(rays), path):
+            path.L[:, light.lanes] += path.beta.take(light.lanes, axis=1) * light.radiance
 
 
 class DirectEmitter(Direct):
@@ -102,5 +102,5 @@ class DirectMIS(Direct):
             weight = mis(light.pdf, pdf * np.logical_not(light.delta))
             path.L[:, :m] += scene.unoccluded(here, light, value * light.weight * weight, self.transparent_depth)
         rays = path.scatter(si, bsdf.sample(random.bsdf(0)))
-        for found in scene.emission(rays, scene.intersect(rays), path):
-            path.gather(found)
+        for light in scene.emission(rays, scene.intersect(rays), path):
+            path.gather(light)

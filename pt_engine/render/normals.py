@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene.geometry import SKY
 from ..scene.scene import Rays, Scene
 from .dimensions import LaneSampler
 from .integrator import Integrator
@@ -20,7 +21,7 @@ class Normals(Integrator):
     description = "World-space shading normals as colours, without any light"
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
-        si = scene.intersect(rays)
-        normal = scene.shading_normal(si)
-        colour: Float32 = (normal * np.float32(0.5) + np.float32(0.5)) * (si.prim >= 0)
+        found = scene.intersect(rays)
+        normal = scene.shading_normal(rays, found)
+        colour: Float32 = (normal * np.float32(0.5) + np.float32(0.5)) * (found.surface != SKY)
         return colour

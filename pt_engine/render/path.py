@@ -26,28 +26,32 @@ class Path(Integrator):
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
         # Loop state, one column per living path:
-        path = PathState.start(sampler)  # β throughput 1, L radiance 0, pdf ∞ (a camera ray is Dirac)
-        front = Wavefront(self, scene, path.size)  # L of paths that have ended; who lives, sorted by batch
+        path = PathState.start(sampler, scene.tracks_history)  # β throughput 1, L radiance 0, pdf ∞ (Dirac)
+        front = Wavefront(self, scene, path.size)  # keeps L of paths that have ended
 
         for bounce in range(self.max_depth + scene.transparent_surfaces * self.transparent_depth):
-            si = scene.intersect(rays)
+            found = scene.intersect(rays)
 
-            # ------------------------- emission: what the last direction has found
-            for found in scene.emission(rays, si, path):
-                path.gather(found)
+            # ------------------------- emission: what the last direction has run into
+            for light in scene.emission(rays, found, path):
+                path.gather(light)
 
-            # ------------------------- Russian roulette: unbiased, so cheap paths may end early
-            u = path.sampler(sampler).roulette(bounce) if self.roulette else None
-            path, si, spans = front.survivors(path, si, u, bounce)
+            # ------------------------- the paths that go on, those of one material side by side
+            path, lanes, spans = front.survivors(path, found)
             if path.size == 0:
                 break
+            si = scene.surface(rays, found, lanes)
             bsdf, random = scene.shade(si, path, spans), path.sampler(sampler)
 
             # ------------------------- emitter sampling: next-event estimation
             next_event(scene, path, si, bsdf, random.emitter(bounce), self)
 
             # ------------------------- BSDF sampling: the next direction
-            rays = front.advance(path, si, bsdf.sample(random.bsdf(bounce)))
+            scattered = bsdf.sample(random.bsdf(bounce))
+
+            # ------------------------- Russian roulette: unbiased, so cheap paths may end early
+            u = random.roulette(bounce) if self.roulette and bounce >= self.rr_depth - 2 else None
+            rays = front.advance(path, si, scattered, u)
         return front.finish(path)
 
 

@@ -23,18 +23,20 @@ class PathFixed(Integrator):
     description = "Every path has max_depth edges; nothing leaves the batch"
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
-        path = PathState.start(sampler)
+        path = PathState.start(sampler, scene.tracks_history)
         for bounce in range(self.max_depth):
-            si = scene.intersect(rays)
-            for found in scene.emission(rays, si, path):
-                path.gather(found)
+            found = scene.intersect(rays)
+            for light in scene.emission(rays, found, path):
+                path.gather(light)
             if bounce == self.max_depth - 1:
                 break
-            order, spans = sorted_by_batch(scene.batch(si), scene.dead)
-            path, si = path.take(order), si.take(order)
-            bsdf, random = scene.shade(si, path, spans), path.sampler(sampler)
-            next_event(scene, path, si, bsdf, random.emitter(bounce), self)
-            rays = path.scatter(si, bsdf.sample(random.bsdf(bounce)))
+            order, spans = sorted_by_batch(scene.batch(found), scene.dead)
+            alive = spans[-1][1].stop if spans else 0
+            path, si = path.take(order), scene.surface(rays, found, order[:alive])
+            here = path.part(slice(0, alive))
+            bsdf, random = scene.shade(si, here, spans), here.sampler(sampler)
+            next_event(scene, here, si, bsdf, random.emitter(bounce), self)
+            rays = path.ride_along(here, here.scatter(si, bsdf.sample(random.bsdf(bounce))))
         radiance = np.empty((3, path.size), np.float32)
         radiance[:, path.slot] = path.L
         return radiance

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from ..bsdfs.base import Lobe
 from ..core.samplers import SAMPLERS
-from ..scene.accel import MISS
+from ..scene.geometry import SKY
 from ..scene.lanes import Surface
-from ..scene.scene import Found, Rays, Scene
+from ..scene.scene import Found, Intersection, Rays, Scene
 from ..scene.shading import Scattered, ShadedBSDF
 from .integrator import INTEGRATORS
 from .path_state import mis
@@ -118,33 +118,34 @@ class Recorder:
         """Add an event."""
         self.events.append(Event(what, numbers, contribution))
 
-    def intersect(self, rays: Rays) -> Surface:
-        if rays.tfar[0] < 0:
-            return self._scene.intersect(rays)
-        si = self._scene.intersect(rays)
-        if si.prim[0] == MISS:
+    def intersect(self, rays: Rays) -> Intersection:
+        found = self._scene.intersect(rays)
+        if rays.tfar[0] > 0 and found.surface[0] == SKY:
             self.note("the ray leaves the scene")
-            return si
-        scene = self._scene
-        material = scene.geometry.surface_material[si.surface[0]]
-        self.note(
-            "hit",
-            object=scene.instances.names[si.instance[0]],
-            material=scene.material_names[material],
-            distance=si.t[0],
-            position=si.p[:, 0] + scene.origin32[:, 0],
-            normal=si.ng[:, 0],
-            wi=si.wi[:, 0],
-        )
+        return found
+
+    def surface(self, rays: Rays, found: Intersection, lanes: NDArray[np.intp]) -> Surface:
+        si, scene = self._scene.surface(rays, found, lanes), self._scene
+        if si.size:
+            material = scene.geometry.surface_material[si.surface[0]]
+            self.note(
+                "scatters at",
+                object=scene.instances.names[si.instance[0]],
+                material=scene.material_names[material],
+                distance=si.t[0],
+                position=si.p[:, 0] + scene.origin32[:, 0],
+                normal=si.ng[:, 0],
+                wi=si.wi[:, 0],
+            )
         return si
 
-    def emission(self, rays: Rays, si: Surface, path: PathState) -> Iterator[Found]:
-        for found in self._scene.emission(rays, si, path):
+    def emission(self, rays: Rays, found: Intersection, path: PathState) -> Iterator[Found]:
+        for light in self._scene.emission(rays, found, path):
             before = path.L[:, 0].copy()
-            yield found
-            if len(found.lanes):
-                weight = mis(path.pdf[:1], found.pdf[:1])[0]
-                numbers = {"Le": found.radiance[:, 0], "pdf emitter": found.pdf[0], "pdf BSDF": path.pdf[0]}
+            yield light
+            if len(light.lanes):
+                weight = mis(path.pdf[:1], light.pdf[:1])[0]
+                numbers = {"Le": light.radiance[:, 0], "pdf emitter": light.pdf[0], "pdf BSDF": path.pdf[0]}
                 self.note(
                     "found an emitter", path.L[:, 0] - before, **numbers, mis=weight, beta=path.beta[:, 0]
                 )

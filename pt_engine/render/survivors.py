@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..core import vectors
 from ..scene.lanes import Surface
-from ..scene.scene import Rays, Scene
+from ..scene.scene import Intersection, Rays, Scene
 from ..scene.shading import Scattered
 from .path_state import PathState
 
@@ -39,35 +39,48 @@ class Wavefront:
         self._radiance = np.zeros((3, size), np.float32)
 
     def survivors(
-        self, path: PathState, si: Surface, u: Float32 | None, bounce: int
-    ) -> tuple[PathState, Surface, Spans]:
-        """The paths that scatter at this hit, sorted by batch; the others' radiance is kept."""
+        self, path: PathState, found: Intersection
+    ) -> tuple[PathState, NDArray[np.intp], Spans]:
+        """The paths that scatter where they are, sorted by group; the others' radiance is kept.
+
+        Returns
+        -------
+        path : PathState
+        order : (M,) intp
+            Which of the given lanes they were.
+        spans : list of (group, slice)
+        """
         limit, scene = self._integrator, self._scene
-        batch = scene.batch(si)  # `dead` where the ray left the scene or the surface only emits
+        batch = scene.batch(found)  # `dead` where the ray left the scene or the surface only emits
         if scene.transparent_surfaces:
             last_edge = path.depth >= limit.max_depth - 1
             kill(batch, last_edge & ~scene.passes.take(batch), scene.dead)
             kill(batch, path.passed >= limit.transparent_depth, scene.dead)
-        elif bounce >= limit.max_depth - 1:
+        elif path.bounces >= limit.max_depth - 1:
             batch[:] = scene.dead
-        if u is not None and bounce >= limit.rr_depth - 1:
-            roulette(path, batch, u, scene.dead)
         order, spans = sorted_by_batch(batch, scene.dead)
         alive = spans[-1][1].stop if spans else 0
         self._keep(path, order[alive:])
-        if alive == path.size and len(spans) == 1:
-            return path, si, spans
         order = order[:alive]
-        return path.take(order), si.take(order), spans
+        return (path if alive == path.size and len(spans) == 1 else path.take(order)), order, spans
 
     def _keep(self, path: PathState, ended: NDArray[np.intp]) -> None:
-        self._radiance[:, path.slot.take(ended)] = path.L.take(ended, axis=1)
+        slot = path.slot.take(ended)
+        for channel, radiance in zip(self._radiance, path.L, strict=True):
+            channel[slot] = radiance.take(ended)
 
-    def advance(self, path: PathState, si: Surface, to: Scattered) -> Rays:
-        """Scatter every path; in a scene with transparent surfaces, some only pass through."""
-        if not self._scene.transparent_surfaces:
-            return path.scatter(si, to)
-        return path.scatter_or_pass(si, to, self._integrator.max_depth)
+    def advance(self, path: PathState, si: Surface, to: Scattered, u: Float32 | None) -> Rays:
+        """Scatter every path, or let it pass a transparent surface; with `u`, roulette may end it."""
+        limit = self._integrator
+        if self._scene.transparent_surfaces:
+            rays = path.scatter_or_pass(si, to, limit.max_depth)
+        else:
+            rays = path.scatter(si, to)
+        strength = vectors.max3(path.beta)
+        if u is not None:
+            roulette(path, strength, u)
+        rays.tfar[strength <= 0] = -1
+        return rays
 
     def finish(self, path: PathState) -> Float32:
         """Radiance of all camera rays."""
@@ -75,23 +88,29 @@ class Wavefront:
         return self._radiance
 
 
+def roulette(path: PathState, strength: Float32, u: Float32) -> None:
+    """Let a path survive with probability q = min(max β, 0.95) and divide its β by q: unbiased.
+
+    Blender's materials refract without the η² of radiance, so β needs no correction for it. `strength`,
+    max β, becomes 0 where the path ends.
+    """
+    q = np.minimum(strength, RR_LIMIT)
+    survives = u < q
+    path.beta *= survives / np.maximum(q, np.float32(1e-30))
+    strength *= survives
+
+
 def kill(batch: BatchNumbers, dead: NDArray[np.bool_], number: int) -> None:
     """Mark lanes as dead, whose group number is the highest."""
     np.maximum(batch, dead.astype(batch.dtype) * batch.dtype.type(number), out=batch)
 
 
-def roulette(path: PathState, batch: BatchNumbers, u: Float32, dead: int) -> None:
-    """Let a path survive with probability q = min(max β, 0.95) and divide its β by q: unbiased.
-
-    Blender's materials refract without the η² of radiance, so β needs no correction for it.
-    """
-    q = np.minimum(vectors.max3(path.beta), RR_LIMIT)
-    kill(batch, u >= q, dead)
-    path.beta /= np.maximum(q, np.float32(1e-30))
-
-
 def sorted_by_batch(batch: BatchNumbers, dead: int) -> tuple[NDArray[np.intp], Spans]:
     """Stable order that brings groups together, the dead last, and each living group's span."""
+    if dead == 1:
+        living, ended = np.flatnonzero(batch == 0), np.flatnonzero(batch)
+        spans = [(0, slice(0, len(living)))] if len(living) else []
+        return np.concatenate([living, ended]), spans
     order = np.argsort(batch, kind="stable")  # radix sort: 1.5 ns per lane of 8 bits
     counts = np.bincount(batch, minlength=dead + 1)
     ends = np.cumsum(counts)

@@ -45,7 +45,7 @@ class Worker:
         self._scene, self._settings = scene, settings
         self._integrator, self._sampler = integrator, sampler
         self._filter = FilterTable(settings.pixel_filter, settings.filter_width)
-        self._camera: Camera = scene.camera
+        self._camera: Camera = scene.camera.at_resolution(settings.width, settings.height)
 
     def render(self, unit: Unit) -> UnitResult:
         """Estimate the radiance of each of the unit's camera rays."""
@@ -70,7 +70,7 @@ class Worker:
         raster = np.stack([np.tile(c, unit.count) for c in (x, y)]).astype(np.float32)
         raster += np.float32(0.5)
         raster += offset
-        return self._camera.rays(raster, sampler.lens() if self._camera.has_lens else None)
+        return Rays(*self._camera.rays(raster, sampler.lens() if self._camera.has_lens else None))
 
     def _pixel_coordinates(self, unit: Unit) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         x0, y0, x1, _ = self._settings.window

@@ -1,7 +1,8 @@
 """The scene's triangles in one recentred world, each with one packed record.
 
-A hit costs one gather of eight floats (32 bytes): unit normal, plane offset, error bound, and three
-integers. Shading attributes (normals, uv, colours) stay per mesh and are shared by its instances;
+A hit costs one gather of eight floats (32 bytes): unit normal, plane offset, error bound, and two
+integers. What a triangle is made of (its surface number) has an array of its own, since it decides which
+lanes go on, before anything else of the hit is needed. Shading attributes (normals, uv, colours) stay per mesh and are shared by its instances;
 `lanes.Lanes` looks them up only for programs that ask.
 """
 
@@ -19,8 +20,9 @@ Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
 Int32 = NDArray[np.int32]
 
-# Columns of a triangle's record; the last three are int32 bit patterns.
-NORMAL, PLANE, BOUND, SURFACE, EMITTER, INSTANCE = slice(0, 3), 3, 4, 5, 6, 7
+# Columns of a triangle's record; the last two are int32 bit patterns.
+NORMAL, PLANE, BOUND, EMITTER, INSTANCE = slice(0, 3), 3, 4, 6, 7
+FEW = 4096  # up to this many records, one gather per column beats one of rows that must be transposed
 NO_EMITTER = -1
 SKY = 0  # surface 0 belongs to no triangle: it is what a ray that leaves the scene "hits"
 
@@ -43,6 +45,8 @@ class Geometry:
         For `Accel`; dropped by `release` once it is built.
     records : (T + 1, 8) float32
         One per triangle; the last is for rays that miss (index −1).
+    surface : (T + 1,) uint8, uint16 or int32
+        Each triangle's surface number.
     surface_material, surface_smooth : (S,) int32, bool
         By surface number: a surface is a material on flat or on smooth geometry.
     dropped : int
@@ -56,16 +60,25 @@ class Geometry:
     vertices: Float32
     triangles: Int32
     records: Float32
+    surface: NDArray[np.integer]
     surface_material: Int32
     surface_smooth: NDArray[np.bool_]
     first_triangle: NDArray[np.int64]
     dropped: int
 
-    def corners(self, prim: NDArray[np.int64]) -> tuple[Float32, Float32, Float32]:
-        """Corner positions (3, K) of some triangles."""
-        t = self.triangles[prim]
-        a, b, c = (np.ascontiguousarray(self.vertices[t[:, k]].T) for k in range(3))
-        return a, b, c
+    def __post_init__(self) -> None:
+        self._columns = np.ascontiguousarray(self.records.T) if len(self.records) <= FEW else None
+
+    def record(self, prim: Int32) -> Float32:
+        """(8, N) records of some triangles; row-strided where there are many."""
+        if self._columns is not None:
+            return self._columns.take(prim, axis=1, mode="wrap")
+        return self.records.take(prim, axis=0, mode="wrap").T
+
+    def set_emitters(self, prim: NDArray[np.int64]) -> None:
+        """Give the triangles `prim` the emitter numbers 0, 1, …"""
+        self.records.view(np.int32)[prim, EMITTER] = np.arange(len(prim), dtype=np.int32)
+        self.__post_init__()
 
     def release(self) -> None:
         """Forget what only Embree's build and the emitters needed."""
@@ -87,6 +100,7 @@ def flatten(snapshot: Snapshot) -> Geometry:
     triangles = np.empty((first_triangle[-1], 3), np.int32)
     records = np.zeros((first_triangle[-1] + 1, 8), np.float32)
     integers = records.view(np.int32)
+    surface = np.empty(len(records), np.int32)
     surfaces, dropped = SurfaceTable(), 0
     for k, m in enumerate(instances.mesh):
         mesh, span = meshes[m], slice(first_triangle[k], first_triangle[k + 1])
@@ -97,16 +111,17 @@ def flatten(snapshot: Snapshot) -> Geometry:
         dropped += drop_invalid(vertices, triangles[span], first_vertex[k], first_vertex[k + 1])
         flip = np.linalg.det(matrix[:3, :3]) < 0
         pack_planes(vertices, triangles[span], records[span], flip)
-        integers[span, SURFACE] = surfaces.numbers(mesh, instances.materials[k])
+        surface[span] = surfaces.numbers(mesh, instances.materials[k])
         integers[span, INSTANCE] = k
     integers[:, EMITTER] = NO_EMITTER
-    integers[-1, SURFACE] = SKY
+    surface[-1] = SKY
     return Geometry(
         origin,
         radius,
         vertices,
         triangles,
         records,
+        surface.astype(np.min_scalar_type(len(surfaces.material))),
         np.array(surfaces.material, np.int32),
         np.array(surfaces.smooth, bool),
         first_triangle,

@@ -6,6 +6,7 @@ computing only what they ask for. Everything faces the viewer: `ng` and `ns` are
 
 from __future__ import annotations
 
+import copy
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
-from ..core.rows import Rows
+from .accel import Hits
+from .geometry import BOUND, EMITTER, INSTANCE, NORMAL, PLANE, Geometry
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -22,39 +24,91 @@ Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
 
 
-class Surface(
-    Rows,
-    float_rows=(("p", 3), ("ng", 3), ("wi", 3), ("t", 1), ("u", 1), ("v", 1), ("bound", 1), ("back", 1)),
-    int_rows=(("prim", 1), ("surface", 1), ("instance", 1), ("emitter", 1)),
-):
-    """Hit points, one column per lane.
+class Surface:
+    """Hit points of a set of lanes, one column each. What few programs read is gathered when asked for.
 
     Attributes
     ----------
     p, ng, wi : (3, N) float32
         Position (recentred world), geometric normal on the viewer's side, direction to the viewer.
-    t, u, v : (N,) float32
-        Ray length and barycentrics.
     bound : (N,) float32
         How far along `ng` a new ray must start to be clear of rounding.
-    back : (N,) float32
-        1 where the viewer is behind the face.
-    prim, surface, instance, emitter : (N,) int32
-        Triangle, `Geometry.surface_material` row, instance, and emitter number (−1: none).
+    facing : (N,) float32
+        Cosine between the face's own normal and `wi`; negative where the viewer is behind the face.
     """
 
-    p: Float32
-    ng: Float32
-    wi: Float32
-    t: Float32
-    u: Float32
-    v: Float32
-    bound: Float32
-    back: Float32
-    prim: Int32
-    surface: Int32
-    instance: Int32
-    emitter: Int32
+    def __init__(
+        self, geometry: Geometry, hits: Hits, lanes: NDArray[np.intp], o: Float32, d: Float32
+    ) -> None:
+        self._geometry, self._hits, self._lanes = geometry, hits, lanes
+        self.size = len(lanes)
+        self.prim = hits.prim.take(lanes)
+        self._record = record = geometry.record(self.prim)
+        self.wi = -d
+        self.ng = np.array(record[NORMAL])
+        self.bound = record[BOUND]
+        self.facing = vectors.dot(self.ng, self.wi)
+        # the hit, put back onto the triangle's plane from where rounding has left it
+        p = d
+        p *= self.t
+        p += o
+        p -= self.ng * (vectors.dot(self.ng, p) - record[PLANE])
+        self.p: Float32 = p
+        self.ng *= np.copysign(np.float32(1), self.facing)
+
+    def part(self, span: slice) -> Surface:
+        """A view of consecutive lanes."""
+        part = copy.copy(self)
+        part._lanes, part.prim, part._record = self._lanes[span], self.prim[span], self._record[:, span]
+        part.p, part.ng, part.wi = self.p[:, span], self.ng[:, span], self.wi[:, span]
+        part.bound, part.facing = self.bound[span], self.facing[span]
+        part.size = len(part.prim)
+        return part
+
+    def take(self, index: NDArray[np.intp]) -> Surface:
+        """Some of the lanes."""
+        part = copy.copy(self)
+        part._lanes, part.prim = self._lanes.take(index), self.prim.take(index)
+        part._record = self._record.take(index, axis=1)
+        part.p, part.ng, part.wi = (a.take(index, axis=1) for a in (self.p, self.ng, self.wi))
+        part.bound, part.facing = self.bound.take(index), self.facing.take(index)
+        part.size = len(index)
+        return part
+
+    @property
+    def t(self) -> Float32:
+        """(N,) ray length."""
+        return self._hits.t.take(self._lanes)
+
+    @property
+    def u(self) -> Float32:
+        """(N,) weight of the triangle's corner 1."""
+        return self._hits.u.take(self._lanes)
+
+    @property
+    def v(self) -> Float32:
+        """(N,) weight of the triangle's corner 2."""
+        return self._hits.v.take(self._lanes)
+
+    @property
+    def surface(self) -> NDArray[np.integer]:
+        """(N,) `Geometry.surface_material` row."""
+        return self._geometry.surface.take(self.prim)
+
+    @property
+    def instance(self) -> Int32:
+        """(N,) which placed mesh."""
+        return np.ascontiguousarray(self._record[INSTANCE]).view(np.int32)
+
+    @property
+    def emitter(self) -> Int32:
+        """(N,) number among the emissive triangles, −1 for none."""
+        return np.ascontiguousarray(self._record[EMITTER]).view(np.int32)
+
+    @property
+    def back(self) -> Float32:
+        """(N,) 1 where the viewer is behind the face, else 0."""
+        return (self.facing < 0).astype(np.float32)
 
 
 class Lanes:
@@ -78,7 +132,16 @@ class Lanes:
         self.ray_kind, self.depth, self.transparent_depth = kind, depth, transparent_depth
         self.n = si.size
         self.p, self.wi, self.ng = si.p, si.wi, si.ng
-        self.backfacing, self.ray_length = si.back, si.t
+
+    @cached_property
+    def backfacing(self) -> Float32:
+        """(n,) 1 where the viewer is behind the face, else 0."""
+        return self.si.back
+
+    @cached_property
+    def ray_length(self) -> Float32:
+        """(n,) length of the ray that arrived."""
+        return self.si.t
 
     @property
     def position(self) -> Float32:
@@ -158,7 +221,7 @@ class Lanes:
 
     def barycentric(self) -> Float32:
         """(2, n) weights of the triangle's corners 1 and 2."""
-        return self.si.data[10:12]
+        return np.stack([self.si.u, self.si.v])
 
     def object_random(self) -> Float32:
         """(n,) Object Info's Random."""

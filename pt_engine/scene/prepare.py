@@ -18,7 +18,7 @@ from ..nodes.world import WorldProgram, compile_light, compile_world
 from .accel import Accel
 from .attributes import Layer, color_layer, generated_layer, normal_layer, position_layer, uv_layer
 from .features import features
-from .geometry import BOUND, EMITTER, NO_EMITTER, SURFACE, Geometry, flatten
+from .geometry import BOUND, Geometry, flatten
 from .lanes import SkyLanes
 from .scene import Scene
 from .snapshot import Snapshot
@@ -67,15 +67,14 @@ def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32,
     """The triangles whose material emits: their numbers (also put in their records), and their table."""
     none = np.zeros(0, np.int32), None
     emits = materials.emission_varies | (materials.emission_constant > 0).any(axis=1)
-    surface_emits = (geometry.surface_material >= 0) & emits[geometry.surface_material]
+    surface_emits = (geometry.surface_material >= 0) & emits[geometry.surface_material]  # never the sky's
     if not surface_emits.any():
         return none
-    integers = geometry.records.view(np.int32)
-    prim = np.flatnonzero(surface_emits[integers[:-1, SURFACE]])
+    prim = np.flatnonzero(surface_emits[geometry.surface])
     if len(prim) == 0:
         return none
-    integers[prim, EMITTER] = np.arange(len(prim), dtype=np.int32)
-    material = geometry.surface_material[integers[prim, SURFACE]]
+    geometry.set_emitters(prim)
+    material = geometry.surface_material[geometry.surface[prim]]
     emitters = TriangleEmitters(
         vertices=geometry.vertices[geometry.triangles[prim]],
         radiance=materials.emission_constant[material],

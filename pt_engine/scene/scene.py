@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from ..core import vectors
 from ..core.raykind import RayKind
 from ..emitters.lights import Lights, LightSample
-from .accel import FAR, MISS, Accel
+from .accel import FAR, Accel, Hits
 from .attributes import Layer
-from .geometry import BOUND, EMITTER, INSTANCE, NORMAL, PLANE, SURFACE, Geometry
+from .geometry import SKY, Geometry
 from .lanes import Lanes, SkyLanes, Surface
 from .shading import ShadedBSDF, SliceBSDF
 from .snapshot import Instances
@@ -68,6 +68,19 @@ class Found(NamedTuple):
     lanes: NDArray[np.intp]
     radiance: Float32
     pdf: Float32
+
+
+class Intersection(NamedTuple):
+    """What N rays have hit: `accel.Hits`, and the surface number (the sky's for a miss).
+
+    Attributes
+    ----------
+    hits : Hits
+    surface : (N,) unsigned int
+    """
+
+    hits: Hits
+    surface: NDArray[np.integer]
 
 
 class Group(NamedTuple):
@@ -137,9 +150,15 @@ class Scene:
             ],
             np.uint8 if self.dead < 255 else np.uint16,
         )
+        emits = self.materials.emission_varies | (self.materials.emission_constant > 0).any(axis=1)
+        self._surface_emits = (surfaces.surface_material >= 0) & emits[surfaces.surface_material]
         passes = [batches[g.batch].has_transparency for g in self.groups]
         self.passes = np.array([*passes, False])
         self.transparent_surfaces = any(passes)
+        needs = self.world.needs.union(*(batches[g.batch].needs for g in self.groups))
+        reads_path = bool(needs & {"ray_kind", "depth", "transparent_depth"})
+        # without these, nobody asks what became of a path before
+        self.tracks_history = self.transparent_surfaces or reads_path
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
@@ -147,39 +166,28 @@ class Scene:
 
     # ------------------------------------------------------------------ the ray's end
 
-    def intersect(self, rays: Rays) -> Surface:
-        """Closest hits; lanes that miss have `prim` −1 and the sky's surface number."""
-        self.rays["bounce" if self.rays else "camera"] += int(np.count_nonzero(rays.tfar > 0))
+    def intersect(self, rays: Rays, kind: str = "") -> Intersection:
+        """Closest hits of all rays; one that is switched off misses. `kind` is for the count."""
+        self.rays[kind or ("bounce" if self.rays else "camera")] += int(np.count_nonzero(rays.tfar > 0))
         hits = self.accel.intersect(rays.o, rays.d, rays.tfar)
-        si = Surface.empty(len(hits.t))
-        record = self.geometry.records.take(hits.prim, axis=0, mode="wrap").T
-        integers = record.view(np.int32)
-        ng, wi, p = si.ng, si.wi, si.p
-        np.negative(rays.d, out=wi)
-        ng[:] = record[NORMAL]
-        facing = vectors.dot(ng, wi)
-        t = np.minimum(hits.t, np.float32(1e30))
-        np.multiply(rays.d, t, out=p)
-        p += rays.o
-        p -= ng * (vectors.dot(ng, p) - record[PLANE])  # back onto the plane, where rounding left it
-        ng *= np.copysign(np.float32(1), facing)
-        si.t, si.u, si.v, si.prim = t, hits.u, hits.v, hits.prim
-        si.back = facing < 0
-        si.bound, si.surface = record[BOUND], integers[SURFACE]
-        si.instance, si.emitter = integers[INSTANCE], integers[EMITTER]
-        return si
+        return Intersection(hits, self.geometry.surface.take(hits.prim, mode="wrap"))
 
-    def batch(self, si: Surface) -> BatchNumbers:
+    def surface(self, rays: Rays, found: Intersection, lanes: NDArray[np.intp]) -> Surface:
+        """The hit points of some lanes, in the order of `lanes`."""
+        o, d = rays.o.take(lanes, axis=1), rays.d.take(lanes, axis=1)
+        return Surface(self.geometry, found.hits, lanes, o, d)
+
+    def batch(self, found: Intersection) -> BatchNumbers:
         """Each lane's group number; `dead` where the ray left the scene or the surface only emits."""
-        group: BatchNumbers = self._group_of_surface.take(si.surface)
+        group: BatchNumbers = self._group_of_surface.take(found.surface)
         return group
 
     # ------------------------------------------------------------------ emission found by a ray
 
-    def emission(self, rays: Rays, si: Surface, path: PathState) -> Iterator[Found]:
+    def emission(self, rays: Rays, found: Intersection, path: PathState) -> Iterator[Found]:
         """What the rays have run into: the sky, emissive surfaces, lamps."""
         if self.world.emits or self.film_transparent:
-            escaped = np.flatnonzero(si.prim == MISS)
+            escaped = np.flatnonzero(found.surface == SKY)
             escaped = escaped[rays.tfar.take(escaped) > 0]
             if self.film_transparent:
                 escaped = self._leave_film_clear(escaped, path)
@@ -188,11 +196,11 @@ class Scene:
                 sky = self.world.emission(SkyLanes(d, path.kind.take(escaped)))
                 yield Found(escaped, sky, self.lights.environment_pdf(d))
         if self.lights.description.has_triangles:
-            lit = np.flatnonzero(si.emitter >= 0)
+            lit = np.flatnonzero(self._surface_emits.take(found.surface))
             if len(lit):
-                yield self._surface_emission(lit, si, path)
+                yield self._surface_emission(lit, self.surface(rays, found, lit), path)
         if self.lights.description.meets_lamps or self.lights.description.camera_meets_lamps:
-            yield from self._lamp_emission(rays, si, path)
+            yield from self._lamp_emission(rays, found, path)
 
     def _leave_film_clear(self, escaped: NDArray[np.intp], path: PathState) -> NDArray[np.intp]:
         """Camera rays that reach the sky take their share off the film's coverage and bring no light."""
@@ -202,12 +210,9 @@ class Scene:
             self.alpha[path.slot.take(clear)] = 1 - vectors.mean3(path.beta.take(clear, axis=1))
         return escaped[~seen]
 
-    def _surface_emission(self, lit: NDArray[np.intp], si: Surface, path: PathState) -> Found:
-        emitter = si.emitter.take(lit)
-        hit = si.take(lit)
+    def _surface_emission(self, lit: NDArray[np.intp], hit: Surface, path: PathState) -> Found:
         distance = hit.t + path.travelled.take(lit) if self.transparent_surfaces else hit.t
-        cosine = vectors.dot(hit.ng, hit.wi)
-        pdf = self.lights.pdf_triangle(emitter, distance, cosine)
+        pdf = self.lights.pdf_triangle(hit.emitter, distance, np.abs(hit.facing))
         return Found(lit, self._radiance(hit, path, lit), pdf)
 
     def _radiance(self, hit: Surface, path: PathState, lanes: NDArray[np.intp]) -> Float32:
@@ -234,9 +239,9 @@ class Scene:
                 radiance[:, lanes] = value
         return radiance
 
-    def _lamp_emission(self, rays: Rays, si: Surface, path: PathState) -> Iterator[Found]:
+    def _lamp_emission(self, rays: Rays, found: Intersection, path: PathState) -> Iterator[Found]:
         """Lamps of any size that lie on the ray before its hit; they don't hide what is behind them."""
-        t = np.where(si.prim == MISS, FAR, si.t)
+        t = np.where(found.surface == SKY, FAR, found.hits.t)
         t[rays.tfar < 0] = -1
         seen = (path.kind & RayKind.CAMERA) != 0
         if not self.transparent_surfaces:
@@ -248,13 +253,15 @@ class Scene:
         for lanes, radiance, pdf in self.lights.intersect(rays.o - back * rays.d, rays.d, t + back, seen):
             yield Found(lanes, radiance, pdf)
 
-    def shading_normal(self, si: Surface) -> Float32:
-        """(3, N) unit shading normals on the viewer's side."""
-        normal = si.ng.copy()
-        smooth = np.flatnonzero(self.geometry.surface_smooth.take(si.surface))
-        if len(smooth):
-            zero = np.zeros(len(smooth), np.int32)
-            normal[:, smooth] = Lanes(self, si.take(smooth), zero, zero, zero, True).ns
+    def shading_normal(self, rays: Rays, found: Intersection) -> Float32:
+        """(3, N) unit shading normals on the viewer's side; 0 where a ray has missed."""
+        normal = np.zeros(rays.o.shape, np.float32)
+        hit = np.flatnonzero(found.surface != SKY)
+        smooth = self.geometry.surface_smooth.take(found.surface.take(hit))
+        for part, curved in ((hit[~smooth], False), (hit[smooth], True)):
+            if len(part):
+                zero = np.zeros(len(part), np.int32)
+                normal[:, part] = Lanes(self, self.surface(rays, found, part), zero, zero, zero, curved).ns
         return normal
 
     # ------------------------------------------------------------------ scattering
@@ -286,31 +293,21 @@ class Scene:
         """Le of sampled points on triangles whose emission varies, toward the reference points."""
         lanes = light.varying
         wo = light.wo.take(lanes, axis=1)
-        at = Surface.empty(len(lanes))
-        at.prim = self.emissive_prim.take(light.triangle)
-        record = self.geometry.records.take(at.prim, axis=0).T
-        integers = record.view(np.int32)
-        at.u, at.v = light.barycentric
-        at.t = light.distance.take(lanes)
-        at.p = si.p.take(lanes, axis=1) + wo * at.t
-        at.wi = -wo
-        facing = vectors.dot(record[NORMAL], at.wi)
-        at.ng = record[NORMAL] * np.copysign(np.float32(1), facing)
-        at.back = facing < 0
-        at.bound, at.surface, at.instance = record[BOUND], integers[SURFACE], integers[INSTANCE]
-        at.emitter = integers[EMITTER]
-        material = self.geometry.surface_material.take(at.surface)
+        distance = light.distance.take(lanes)
+        prim = self.emissive_prim.take(light.triangle)
+        hits = Hits(distance, light.barycentric[0], light.barycentric[1], prim)
+        at = Surface(self.geometry, hits, np.arange(len(lanes)), si.p.take(lanes, axis=1), wo)
         kind = np.full(len(lanes), RayKind.DIFFUSE | RayKind.REFLECTION, np.int32)
-        return self._evaluated_radiance(at, kind, material)
+        return self._evaluated_radiance(at, kind, self.geometry.surface_material.take(at.surface))
 
     def unoccluded(self, si: Surface, light: LightSample, contribution: Float32, limit: int) -> Float32:
         """`contribution` where nothing lies between; dimmed by up to `limit` transparent surfaces."""
         lit = vectors.max3(contribution) > 0
-        self.rays["shadow"] += int(np.count_nonzero(lit))
         tfar = light.distance * lit - ~lit  # −1 switches a ray off
         side = np.copysign(si.bound, vectors.dot(si.ng, light.wo))
         o = si.p + side * si.ng
         if self.transparent_surfaces:
             return contribution * transmittance(self, o, light.wo, tfar, limit)
+        self.rays["shadow"] += int(np.count_nonzero(lit))
         contribution.view(np.int32)[:] &= self.accel.visible(o, light.wo, tfar)
         return contribution

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..core import vectors
 from ..core.raykind import RayKind
-from .accel import MISS
+from .geometry import SKY
 from .lanes import Lanes, Surface
 
 if TYPE_CHECKING:
@@ -37,23 +37,25 @@ def transmittance(scene: Scene, o: Float32, d: Float32, tfar: Float32, limit: in
     rays = Rays(o.take(lanes, axis=1), d.take(lanes, axis=1), tfar.take(lanes))
     for _ in range(limit + 1):
         left = rays.tfar.copy()  # Embree overwrites tfar with the hit's distance
-        si = scene.intersect(rays)
-        clear = np.flatnonzero(si.prim == MISS)
+        found = scene.intersect(rays, "shadow")
+        clear = np.flatnonzero(found.surface == SKY)
         result[:, lanes.take(clear)] = light.take(clear, axis=1)
-        light *= _transparency(scene, si)
-        on = np.flatnonzero((si.prim != MISS) & (vectors.max3(light) > 0))
+        hit = np.flatnonzero(scene.passes.take(scene.batch(found)))
+        si = scene.surface(rays, found, hit)
+        dimmed = light.take(hit, axis=1) * _transparency(scene, si, scene.batch(found).take(hit))
+        on = np.flatnonzero(vectors.max3(dimmed) > 0)
         if len(on) == 0:
             break
-        lanes, light, si = lanes.take(on), light.take(on, axis=1), si.take(on)
+        kept = hit.take(on)
+        lanes, light, si = lanes.take(kept), dimmed.take(on, axis=1), si.take(on)
         start = si.p - si.ng * si.bound  # on the far side: d runs against ng
-        rays = Rays(start, rays.d.take(on, axis=1), left.take(on) - si.t)
+        rays = Rays(start, -si.wi, left.take(kept) - si.t)
     return result
 
 
-def _transparency(scene: Scene, si: Surface) -> Float32:
+def _transparency(scene: Scene, si: Surface, group: NDArray[np.integer]) -> Float32:
     """(3, N) what each hit surface lets through."""
     through = np.zeros((3, si.size), np.float32)
-    group = scene.batch(si)
     for number in np.flatnonzero(scene.passes):
         index = np.flatnonzero(group == number)
         if len(index) == 0:
