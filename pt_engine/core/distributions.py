@@ -192,6 +192,7 @@ def _alias_table(scaled: Float64) -> NDArray[np.uint64]:
     not_last[last] = False
     left = 1.0 + excess - taken
     left[left < -1.0] = 1.0  # rounding has used up the row's deficits: that was the next row's
+    left[excess <= offset.ravel()[heavy_index // n]] = 1.0  # nothing to give, and nothing taken yet
     keep[heavy_index[not_last]] = np.clip(left, 0.0, 1.0)[not_last]
     alias[heavy_index[not_last]] = heavy_index[np.flatnonzero(not_last) + 1]
 
