@@ -125,3 +125,24 @@ def test_image_with_one_bright_texel():
     assert ((x * 400).astype(int) == 300).all()
     assert ((y * 200).astype(int) == 20).all()
     np.testing.assert_allclose(density, 80_000, rtol=1e-5)
+
+
+def test_every_row_of_a_large_image_holds_its_weights():
+    """Rows with one bright texel, with few, with none, with equals: each row's table sums to its weights.
+
+    All rows are filled by one search, so rounding in one must not leak into the next.
+    """
+    rng = np.random.default_rng(4)
+    rows, columns = 3000, 700
+    weights = rng.random((rows, columns)) ** rng.integers(0, 40, (rows, 1))
+    weights[rng.random((rows, columns)) < 0.3] = 0
+    weights[::7] = 0
+    weights[::7, 5] = 1e-20
+    weights[::11] = 1 / 3
+    entry = Distribution2D(weights)._table.view(np.uint32).reshape(rows * columns, 2)
+    keep = entry[:, 0].copy().view(np.float32).astype(np.float64)
+    alias = entry[:, 1] + np.repeat(np.arange(rows), columns) * columns
+    probability = (keep + np.bincount(alias, 1 - keep, minlength=keep.size)).reshape(rows, columns) / columns
+    total = weights.sum(1, keepdims=True)
+    np.testing.assert_allclose(probability, weights / total, atol=2e-6)
+    assert not probability[weights == 0].any()
