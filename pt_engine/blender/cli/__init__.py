@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from .arguments import parser
 from .failure import Failure
-from .terminal import silence_blender
+from .terminal import Chatter, silence_blender
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -21,6 +21,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         from .commands import COMMANDS
 
+        Chatter.wanted = arguments.verbose
         COMMANDS[arguments.command](arguments)
     except Failure as failure:
         print(f"pt_engine: {failure}", file=sys.stderr)

@@ -37,7 +37,13 @@ def silence_blender() -> None:
 
 def unechoed():
     """A context for Blender's operators: they print what they report, though they raise it too."""
-    return redirect_stdout(io.StringIO()) if isinstance(sys.stdout, Own) else nullcontext()
+    return nullcontext() if Chatter.wanted else redirect_stdout(io.StringIO())
+
+
+class Chatter:
+    """Whether Blender's own messages go to the terminal (--verbose)."""
+
+    wanted = False
 
 
 class Own(io.TextIOWrapper):

@@ -1,0 +1,192 @@
+"""Settings, panels and pictures: the engine's parts that need no render."""
+
+import bpy
+import numpy as np
+import pytest
+from support.engine_scene import engine_scene
+
+from pt_engine.blender import compatibility, panels, registration
+from pt_engine.blender.picture import Picture
+from pt_engine.blender.properties import integrator_number
+from pt_engine.blender.refusal import Refusal
+from pt_engine.blender.settings import settings_of
+from pt_engine.blender.words import count, coverage_lines, duration, estimated_error, shortened
+from pt_engine.nodes.coverage import Coverage
+from pt_engine.render.integrator import INTEGRATORS
+
+
+@pytest.fixture
+def scene():
+    return engine_scene()
+
+
+def test_settings_follow_the_scene(scene):
+    scene.pt_engine.samples = 7
+    scene.pt_engine.seed = 3
+    scene.render.film_transparent = True
+    settings = settings_of(scene, 64, 48)
+    assert (settings.width, settings.height, settings.border) == (64, 48, None)
+    assert (settings.samples, settings.seed, settings.threads) == (7, 3, 1)
+    assert settings.film_transparent
+    scene.render.threads_mode = "AUTO"
+    assert settings_of(scene, 64, 48).threads == 0
+
+
+@pytest.mark.parametrize(
+    ("kind", "width", "expected"),
+    [
+        ("BLACKMAN_HARRIS", 2.0, ("BLACKMAN_HARRIS", 2.0)),
+        ("GAUSSIAN", 2.5, ("GAUSSIAN", 2.5)),
+        ("BOX", 2.5, ("BOX", 1.0)),  # as in Cycles, a box is always one pixel wide
+    ],
+)
+def test_the_pixel_filter_is_the_files_own(scene, kind, width, expected):
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = kind, width
+    settings = settings_of(scene, 64, 48)
+    assert (settings.pixel_filter, settings.filter_width) == expected
+    scene.pt_engine.pixel_filter, scene.pt_engine.filter_width = "GAUSSIAN", 3.0
+    settings = settings_of(scene, 64, 48)
+    assert (settings.pixel_filter, settings.filter_width) == ("GAUSSIAN", 3.0)
+
+
+def test_a_region_smaller_than_a_pixel_is_refused(scene):
+    render = scene.render
+    render.use_border = True
+    render.border_min_x, render.border_max_x = 0.5, 0.501
+    with pytest.raises(Refusal, match="smaller than a pixel"):
+        settings_of(scene, 64, 48)
+
+
+def test_the_ladder_is_in_the_menu_and_the_default_is_path(scene):
+    assert {"normals", "direct_bsdf", "direct_emitter", "direct_mis", "path"} <= set(INTEGRATORS)
+    assert scene.pt_engine.integrator == "path"
+    for name in INTEGRATORS:
+        scene.pt_engine.integrator = name
+        assert scene.pt_engine.integrator == name
+    numbers = [integrator_number(name) for name in INTEGRATORS]
+    assert len(set(numbers)) == len(numbers)
+
+
+def test_a_file_remembers_its_integrator_whatever_else_is_registered(scene, tmp_path, monkeypatch):
+    """A .blend stores a number, not a name: it must not depend on the order of the registry."""
+    scene.pt_engine.integrator = "direct_mis"
+    path = str(tmp_path / "a.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    before = dict(INTEGRATORS)
+    monkeypatch.setattr("pt_engine.blender.properties.INTEGRATORS", dict(reversed(before.items())))
+    bpy.ops.wm.open_mainfile(filepath=path)
+    assert bpy.context.scene.pt_engine.integrator == "direct_mis"
+
+
+def test_an_integrator_that_is_not_here_is_named_as_the_cause(scene, monkeypatch):
+    scene.pt_engine.integrator = "direct_mis"
+    fewer = {name: cls for name, cls in INTEGRATORS.items() if name != "direct_mis"}
+    monkeypatch.setattr("pt_engine.blender.properties.INTEGRATORS", fewer)
+    monkeypatch.setattr("pt_engine.blender.settings.INTEGRATORS", fewer)
+    with pytest.raises(Refusal, match="not known here"):
+        settings_of(scene, 64, 48)
+
+
+def test_every_property_says_what_it_does(scene):
+    for prop in scene.pt_engine.bl_rna.properties:
+        if prop.identifier not in ("rna_type", "name"):
+            assert len(prop.description) > 10, prop.identifier
+
+
+def test_every_panel_property_exists(scene):
+    for _, _, _, rows in panels.PROPERTY_PANELS:
+        for owner, prop in rows:
+            assert hasattr(getattr(scene, owner), prop), (owner, prop)
+
+
+def test_blenders_own_panels_come_and_go_with_the_engine(scene):
+    def shown():
+        return {
+            panel.__name__
+            for panel in bpy.types.Panel.__subclasses__()
+            if compatibility.ENGINE in getattr(panel, "COMPAT_ENGINES", ())
+            and not panel.__name__.startswith("PTENGINE")
+        }
+
+    assert set(compatibility.OF_EEVEE) <= shown()
+    assert {"RENDER_PT_format", "RENDER_PT_output", "DATA_PT_camera", "DATA_PT_spot"} <= shown()
+    assert "CYCLES_RENDER_PT_sampling" not in shown()
+    registration.unregister()
+    assert not shown()
+    assert not hasattr(bpy.types.Scene, "pt_engine")
+    registration.register()
+    assert set(compatibility.OF_EEVEE) <= shown()
+
+
+class FakeEngine:
+    """Counts what a picture asks of Blender."""
+
+    def __init__(self):
+        self.updates = 0
+        self.ended = None
+
+    def begin_result(self, x, y, width, height, layer=""):
+        engine = self
+
+        class Rect:
+            def foreach_set(self, values):
+                engine.values = values
+
+        combined = type("Pass", (), {"name": "Combined", "rect": Rect()})()
+        return type("Result", (), {"layers": [type("Layer", (), {"passes": [combined]})()]})()
+
+    def update_result(self, result):
+        self.updates += 1
+
+    def end_result(self, result, cancel=False):
+        self.ended = cancel
+
+
+class FakeProgress:
+    def __init__(self, elapsed, samples=1):
+        self.elapsed, self.samples = elapsed, samples
+
+    def image(self):
+        return np.zeros((2, 3, 4), np.float32)
+
+
+def test_a_watched_picture_is_shown_at_once_then_at_growing_intervals():
+    engine = FakeEngine()
+    with Picture(engine, "Layer", (3, 2)) as picture:
+        picture.watched = True
+        picture.show_progress(FakeProgress(0.01, samples=0))
+        assert engine.updates == 0  # the first pass is not complete
+        for millisecond in range(20, 60_000, 20):
+            picture.show_progress(FakeProgress(millisecond / 1000))
+            if millisecond == 20:
+                assert engine.updates == 1
+    assert 8 < engine.updates < 20
+    assert engine.values.shape == (24,)
+    assert engine.ended is False
+
+
+def test_a_picture_is_ended_even_when_the_render_fails():
+    engine = FakeEngine()
+    with pytest.raises(ValueError, match="x"), Picture(engine, "Layer", (3, 2)):
+        raise ValueError("x")
+    assert engine.ended is True
+
+
+def test_findings_are_told_once_for_all_their_materials():
+    coverage = [Coverage(f"M{n}", f"Group/Hair {n % 2}", "ignored", "looks flat") for n in range(8)]
+    coverage.append(Coverage("M0", "Diffuse", "exact"))
+    lines = coverage_lines(coverage)
+    assert lines == [
+        "M0, M2, M4 and 1 more: Hair 0 ignored: looks flat",
+        "M1, M3, M5 and 1 more: Hair 1 ignored: looks flat",
+    ]
+    assert shortened(["a", "b", "c"], 2) == ["a", "b", "and 1 more"]
+
+
+def test_words():
+    assert [duration(s) for s in (3.21, 247, 3753, float("inf"))] == ["3.2 s", "4:07", "1:02:33", "?"]
+    assert [count(n) for n in (12, 1234, 2.5e6, 3e9)] == ["12", "1.23 k", "2.5 M", "3 G"]
+    assert estimated_error({"relmse": 0.01, "relmse_ci95": [0.0081, 0.0121]}).startswith(
+        "10.00% relative RMS"
+    )
+    assert estimated_error({"relmse": None}) == ""
