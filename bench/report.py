@@ -77,7 +77,8 @@ def renders_text(renders: Results) -> str:
     return (
         "## Whole renders\n\nMillions of camera samples per second: render phase of "
         "`python -m pt_engine render` on one core; Mitsuba `scalar_rgb` and Cycles on one core of the same "
-        "run; the same rays through Embree with nothing in between. *Undisturbed*: CPU time over wall time of the run, 100 % on an idle machine.\n\n"
+        "run; the same rays through Embree with nothing in between. "
+        "*Undisturbed*: CPU time over wall time of the run, 100 % on an idle machine.\n\n"
         + table(header, rows)
     )
 

@@ -1,0 +1,20 @@
+"""Scenes of the project's own, each about one thing, against the Cycles of the bpy wheel."""
+
+import pytest
+
+pytest.importorskip("bpy")
+
+from reference.own_scenes import SCENES
+from support.cycles import by_cycles, by_engine
+from support.ztest import compare
+
+SIZE = (64, 48)
+SAMPLES = 64
+TOLERANCE = 0.01  # RMS over cells beyond noise; a scene fails only if the noise can't explain it either
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_agrees_with_cycles(name, tmp_path):
+    SCENES[name]()
+    agreement = compare(by_engine(SAMPLES, SIZE), by_cycles(SAMPLES, SIZE, tmp_path), grid=(8, 6))
+    assert agreement.agrees(TOLERANCE), agreement
