@@ -6,21 +6,23 @@ workers. A stop is answered as soon as the units in flight are done, each a frac
 
 from __future__ import annotations
 
+import json
 import os
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.memory import kept_buffers
 from ..core.samplers import SAMPLERS
 from ..scene.scene import Scene
 from .film import Film
 from .integrator import INTEGRATORS
-from .schedule import Unit, units
+from .schedule import Unit, morton_order, units
 from .settings import RenderSettings
 from .worker import UnitResult, Worker
 
@@ -115,17 +117,28 @@ def render(
         The integrator or the sampler named in `settings` is not registered.
     """
     x0, y0, x1, y1 = settings.window
-    film = Film(x1 - x0, y1 - y0)
+    order = morton_order(x1 - x0, y1 - y0)
+    film = Film(x1 - x0, y1 - y0, key=film_key(settings), order=order)
     sampler = SAMPLERS[settings.sampler](settings.seed)
     worker = Worker(scene, settings, INTEGRATORS[settings.integrator](settings), sampler)
     progress = Progress(film, settings, time.perf_counter())
     stopped = False
     threads = settings.threads or os.cpu_count() or 1
-    for result in in_parallel(worker, units(settings), threads, lambda: stopped or out_of_time(progress)):
-        deposit(progress, result)
-        on_progress(progress)
-        stopped = stopped or should_stop()
+    with kept_buffers():
+        work = units(settings, order)
+        for result in in_parallel(worker, work, threads, lambda: stopped or out_of_time(progress)):
+            deposit(progress, result)
+            on_progress(progress)
+            stopped = stopped or should_stop()
     return RenderResult(film, progress, progress.elapsed, stopped)
+
+
+def film_key(settings: RenderSettings) -> str:
+    """What two films must have in common to be parts of one render."""
+    parts = asdict(settings)
+    for name in ("samples", "first_sample", "seconds", "threads", "lanes"):
+        del parts[name]
+    return json.dumps(parts, sort_keys=True)
 
 
 def out_of_time(progress: Progress) -> bool:

@@ -24,20 +24,22 @@ class Unit(NamedTuple):
     count: int
 
 
-def units(settings: RenderSettings) -> Iterator[Unit]:
-    """Every unit of the render, pass after pass; without end where samples are unlimited."""
-    x0, y0, x1, y1 = settings.window
-    order = morton_order(x1 - x0, y1 - y0)
-    tiles = max(1, -(-len(order) // settings.lanes))
-    parts = np.array_split(order, tiles)
-    first, done = settings.first_sample, 0
-    largest = max(1, settings.lanes // max(len(part) for part in parts))
+LARGEST_PASS = 8  # samples: more gains nothing, and a unit of few pixels has incoherent neighbours
+
+
+def units(settings: RenderSettings, order: NDArray[np.int32]) -> Iterator[Unit]:
+    """Every unit of the render, pass after pass; without end where samples are unlimited.
+
+    `order` lists the pixels of the window; a unit takes a run of it.
+    """
+    done = 0
     while settings.samples == 0 or done < settings.samples:
-        count = min(largest, max(1, done))
+        count = min(LARGEST_PASS, max(1, done), settings.lanes)
         if settings.samples:
             count = min(count, settings.samples - done)
-        for part in parts:
-            yield Unit(part, first + done, count)
+        parts = -(-len(order) * count // settings.lanes)
+        for pixels in np.array_split(order, max(1, min(parts, len(order)))):
+            yield Unit(pixels, settings.first_sample + done, count)
         done += count
 
 

@@ -67,18 +67,23 @@ class Geometry:
     dropped: int
 
     def __post_init__(self) -> None:
-        self._columns = np.ascontiguousarray(self.records.T) if len(self.records) <= FEW else None
+        few = len(self.records) <= FEW
+        self._columns = np.ascontiguousarray(self.records[:, : BOUND + 1].T) if few else None
 
-    def record(self, prim: Int32) -> Float32:
-        """(8, N) records of some triangles; row-strided where there are many."""
+    def planes(self, prim: Int32) -> Float32:
+        """(5 or more, N) normal, plane and bound of some triangles; row-strided where there are many."""
         if self._columns is not None:
             return self._columns.take(prim, axis=1, mode="wrap")
         return self.records.take(prim, axis=0, mode="wrap").T
 
+    def integer(self, column: int, prim: Int32) -> Int32:
+        """(N,) one of the records' integers."""
+        row = self.records.take(prim, axis=0, mode="wrap")
+        return np.ascontiguousarray(row[:, column]).view(np.int32)
+
     def set_emitters(self, prim: NDArray[np.int64]) -> None:
         """Give the triangles `prim` the emitter numbers 0, 1, …"""
         self.records.view(np.int32)[prim, EMITTER] = np.arange(len(prim), dtype=np.int32)
-        self.__post_init__()
 
     def release(self) -> None:
         """Forget what only Embree's build and the emitters needed."""
@@ -207,7 +212,8 @@ def pack_planes(vertices: Float32, triangles: Int32, records: Float32, flip: boo
         rows = records[part]
         rows[:, NORMAL] = normal
         rows[:, PLANE] = (normal * a).sum(axis=1)
-        rows[:, BOUND] = (np.abs(normal) * reach).sum(axis=1) * GAMMA6
+        # in a coordinate plane nothing rounds, but t = 0 is a hit too: leave by more than nothing
+        rows[:, BOUND] = (np.abs(normal) * reach).sum(axis=1) * GAMMA6 + reach.max(axis=1) * 2.0**-60
 
 
 def drop_invalid(vertices: Float32, triangles: Int32, first: int, end: int) -> int:

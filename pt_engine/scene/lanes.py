@@ -43,7 +43,7 @@ class Surface:
         self._geometry, self._hits, self._lanes = geometry, hits, lanes
         self.size = len(lanes)
         self.prim = hits.prim.take(lanes)
-        self._record = record = geometry.record(self.prim)
+        record = geometry.planes(self.prim)
         self.wi = -d
         self.ng = np.array(record[NORMAL])
         self.bound = record[BOUND]
@@ -59,7 +59,7 @@ class Surface:
     def part(self, span: slice) -> Surface:
         """A view of consecutive lanes."""
         part = copy.copy(self)
-        part._lanes, part.prim, part._record = self._lanes[span], self.prim[span], self._record[:, span]
+        part._lanes, part.prim = self._lanes[span], self.prim[span]
         part.p, part.ng, part.wi = self.p[:, span], self.ng[:, span], self.wi[:, span]
         part.bound, part.facing = self.bound[span], self.facing[span]
         part.size = len(part.prim)
@@ -69,7 +69,6 @@ class Surface:
         """Some of the lanes."""
         part = copy.copy(self)
         part._lanes, part.prim = self._lanes.take(index), self.prim.take(index)
-        part._record = self._record.take(index, axis=1)
         part.p, part.ng, part.wi = (a.take(index, axis=1) for a in (self.p, self.ng, self.wi))
         part.bound, part.facing = self.bound.take(index), self.facing.take(index)
         part.size = len(index)
@@ -98,12 +97,12 @@ class Surface:
     @property
     def instance(self) -> Int32:
         """(N,) which placed mesh."""
-        return np.ascontiguousarray(self._record[INSTANCE]).view(np.int32)
+        return self._geometry.integer(INSTANCE, self.prim)
 
     @property
     def emitter(self) -> Int32:
         """(N,) number among the emissive triangles, −1 for none."""
-        return np.ascontiguousarray(self._record[EMITTER]).view(np.int32)
+        return self._geometry.integer(EMITTER, self.prim)
 
     @property
     def back(self) -> Float32:
