@@ -5,9 +5,9 @@ Each term x is rounded once to a multiple of 2⁻³⁶ and cut in two float64 pa
     x = high + low        high a multiple of 16 (0 for most terms), low a multiple of 2⁻³⁶
 
 Float64 adds multiples of a common grid exactly while the sum stays below 2⁵³ steps: 2⁵⁷ ≈ 1.4e17 for the
-high parts, 2¹⁷ for the low ones. After every addition whole sixteens are carried from low to high,
-0 ≤ low < 16, which makes the pair a unique representation: equal sums are equal bits. Sums beyond 1.4e17
-are still sums, but only as good as float64.
+high parts, 2¹⁷ for the low ones, from which whole sixteens are carried to the high ones in time. So the
+pair is exact, high + low is its correctly rounded value however it is split, and with 0 ≤ low < 16
+(`canonical`) equal sums are equal bits. Sums beyond 1.4e17 are still sums, but only as good as float64.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ UNIT = 16.0
 # Adding and subtracting 1.5 · 2⁵² steps rounds to a whole step.
 _ROUND_LOW = 1.5 * 2.0**52 * GRID
 _ROUND_HIGH = 1.5 * 2.0**52 * UNIT
-_ROOM = 2.0**14  # for the low parts between two carries
-_GROUP = 2048  # terms between two carries, so that a low part of 8 has room
+_ROOM = 2.0**14  # for the low parts that are added at once
+_GROUP = 2048  # terms that are added at once: 8 is the most that a cut leaves of each
+_FULL = 2.0**15  # where a low sum is carried
 
 
 def add(high: Float64, low: Float64, where: Where, terms: Float64, largest: float) -> None:
@@ -45,7 +46,15 @@ def add(high: Float64, low: Float64, where: Where, terms: Float64, largest: floa
         limit = _ROOM / len(part)
         high_part = _cut(part, limit) if largest > limit else None
         _round(part, _ROUND_LOW)
-        _carry(high, low, where, part[0] if len(part) == 1 else part.sum(axis=0), high_part)
+        low_part = part[0] if len(part) == 1 else part.sum(axis=0)
+        if high_part is not None:
+            high[where] += high_part
+        total = low[where]  # a view, where `where` is a slice
+        total += low_part
+        if np.max(total, initial=0.0) > _FULL or np.min(total, initial=0.0) < -_FULL:
+            high[where] += _carry(total)
+        if total.base is None:
+            low[where] = total
 
 
 def _cut(terms: Float64, limit: float) -> Float64:
@@ -66,7 +75,17 @@ def _cut(terms: Float64, limit: float) -> Float64:
 
 def merge(high: Float64, low: Float64, other_high: Float64, other_low: Float64) -> None:
     """Add other sums of the same shape."""
-    _carry(high, low, slice(None), other_low, other_high)
+    other_low = other_low.copy()
+    high += other_high
+    high += _carry(other_low)
+    high += _carry(low)
+    low += other_low
+
+
+def canonical(high: Float64, low: Float64) -> tuple[Float64, Float64]:
+    """The same sums with 0 ≤ low < 16, as new arrays: the one form that equal sums share."""
+    low = low.copy()
+    return high + _carry(low), low
 
 
 def _round(x: Float64, magic: float) -> None:
@@ -74,10 +93,10 @@ def _round(x: Float64, magic: float) -> None:
     x -= magic
 
 
-def _carry(high: Float64, low: Float64, where: Where, low_part: Float64, high_part: Float64 | None) -> None:
-    total = low[where] + low_part
-    if high_part is not None or (total.size and (np.max(total) >= UNIT or np.min(total) < 0.0)):
-        carry = np.floor(total * (1.0 / UNIT)) * UNIT
-        total -= carry
-        high[where] += carry if high_part is None else carry + high_part
-    low[where] = total
+def _carry(low: Float64) -> Float64:
+    """Take whole sixteens out of `low`, so that 0 ≤ low < 16; return them."""
+    # Rounding down is rounding to nearest 8 lower; half a step of the grid keeps it off the ties.
+    sixteens = low - (0.5 * UNIT - 0.5 * GRID)
+    _round(sixteens, _ROUND_HIGH)
+    low -= sixteens
+    return sixteens

@@ -267,9 +267,10 @@ class Film:
     def state(self) -> dict[str, NDArray[np.generic]]:
         """The arrays that make the film, in the order of pixel numbers."""
         stored = self._gather(slice(0, self.pixels))
+        high, low = exact_sum.canonical(self._high, self._low)
         arrays: dict[str, NDArray[np.generic]] = {
-            "high": np.ascontiguousarray(self._high[:, stored]),
-            "low": np.ascontiguousarray(self._low[:, stored]),
+            "high": np.ascontiguousarray(high[:, stored]),
+            "low": np.ascontiguousarray(low[:, stored]),
             "count": self._count[stored],
         }
         if self._alpha is not None:

@@ -74,8 +74,29 @@ def test_sums_are_the_exact_sums_of_rounded_terms(terms):
     exact_sum.add(high, low, slice(None), x.copy(), float(np.abs(x).max()))
     expected = sum(Fraction(round(Fraction(t) * 2**36), 2**36) for t in terms)
     assert Fraction(high[0]) + Fraction(low[0]) == expected
+    high, low = exact_sum.canonical(high, low)
+    assert Fraction(high[0]) + Fraction(low[0]) == expected
     assert 0 <= low[0] < 16
     assert high[0] % 16 == 0
+
+
+@pytest.mark.parametrize("value", [0.0, 2.0**-36, 16 - 2.0**-36, 16.0, 24.0, -(2.0**-36), -8.0, -16.0, 4e4])
+def test_canonical_form_is_unique(value):
+    """However a sum is split, it comes out as the same pair, also at the ties of rounding."""
+    for moved in (-64.0, -16.0, 0.0, 16.0, 4096.0):
+        high, low = exact_sum.canonical(np.array([moved]), np.array([value - moved]))
+        assert low[0] == value - 16 * np.floor(value / 16)
+        assert high[0] + low[0] == value
+
+
+def test_sums_are_carried_in_time():
+    """A million terms near 0.3 in 30 calls: the low part would lose digits at 2¹⁷ = 131,072."""
+    high, low = np.zeros(1), np.zeros(1)
+    x = np.full((33_334, 1), 0.3)
+    for _ in range(30):
+        exact_sum.add(high, low, slice(None), x.copy(), 0.3)
+    assert Fraction(high[0]) + Fraction(low[0]) == Fraction(round(Fraction(0.3) * 2**36), 2**36) * 33_334 * 30
+    assert abs(low[0]) < 2**16
 
 
 def test_many_large_terms_stay_exact():
