@@ -9,7 +9,7 @@ from support.engine_scene import engine_scene, integrator_file, rendered
 from pt_engine.blender import plugins
 from pt_engine.render.integrator import INTEGRATORS
 
-EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "ambient_occlusion.py"
+EXAMPLE = Path(__file__).parents[2] / "examples" / "ambient_occlusion.py"
 
 
 @pytest.fixture(autouse=True)
