@@ -240,7 +240,8 @@ def gamma_node(n: NodeView) -> Outputs:
 @op(COLOR)
 def bright_contrast(color: Float32, bright: Float32, contrast: Float32) -> Float32:
     """max((1 + contrast)c + bright − contrast/2, 0)."""
-    return np.maximum((1 + contrast) * color + (bright - contrast * np.float32(0.5)), 0)
+    out: Float32 = np.maximum((1 + contrast) * color + (bright - contrast * np.float32(0.5)), 0)
+    return out
 
 
 @node("BrightContrast")

@@ -46,7 +46,8 @@ def _wheel(h: Float32) -> Float32:
     r = np.abs(h - 3) - 1
     g = 2 - np.abs(h - 2)
     b = 2 - np.abs(h - 4)
-    return np.clip(np.stack([r, g, b]), 0, 1)
+    out: Float32 = np.clip(np.stack([r, g, b]), 0, 1)
+    return out
 
 
 def rgb_to_hsl(rgb: Float32) -> Float32:

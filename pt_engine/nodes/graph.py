@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..scene.snapshot import Graph, Link, Node
 from . import coverage
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from ..textures.images import TextureStore
     from .surface import SurfaceBuilder
 
+Number: TypeAlias = float  # `NodeView.float` hides the type of that name
 MAX_DEPTH = 200  # links in a chain; deeper graphs than any artist's are cut with a note
 
 
@@ -136,15 +137,15 @@ class NodeView:
             value = default
         return self.builder.constant(value, kind)
 
-    def float(self, name: str, default: float = 0.0) -> Value:
+    def float(self, name: str, default: Number = 0.0) -> Value:
         """A number."""
         return self._input(name, FLOAT, default)
 
-    def color(self, name: str, default: Sequence[float] | float = 0.0) -> Value:
+    def color(self, name: str, default: Sequence[Number] | Number = 0.0) -> Value:
         """A colour."""
         return self._input(name, COLOR, default)
 
-    def vector(self, name: str, default: Sequence[float] | float = 0.0) -> Value:
+    def vector(self, name: str, default: Sequence[Number] | Number = 0.0) -> Value:
         """A vector."""
         return self._input(name, VECTOR, default)
 

@@ -79,7 +79,7 @@ def box_weights(normal: Float32, blend: float) -> Float32:
     n = np.abs(normal)
     n = n / np.maximum(n[0] + n[1] + n[2], np.float32(1e-20))
     limit = 0.5 * (1 + blend)
-    out = np.zeros_like(n)
+    out: Float32 = np.zeros_like(n)
     done = np.zeros(n.shape[1], bool)
     for a, b, c in ((0, 1, 2), (1, 0, 2), (2, 0, 1)):
         alone = (n[a] > limit * (n[a] + n[b])) & (n[a] > limit * (n[a] + n[c])) & ~done
@@ -95,8 +95,8 @@ def box_weights(normal: Float32, blend: float) -> Float32:
         out[a] += two * share
         out[b] += two * (1 - share)
         done |= two
-    out += ~done * (((2 - limit) * n + (limit - 1)) / (2 * limit - 1))
-    return out.astype(np.float32, copy=False)
+    out += ~done * (((2 - limit) * n + np.float32(limit - 1)) / np.float32(2 * limit - 1))
+    return out
 
 
 PROJECTIONS = {"FLAT": image_flat, "SPHERE": image_sphere, "TUBE": image_tube}

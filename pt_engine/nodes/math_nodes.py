@@ -20,7 +20,8 @@ EPSILON = np.float32(1.1920929e-07)
 
 def select(condition: Any, yes: Any, no: Any) -> Float32:
     """yes where condition, else no."""
-    return np.where(condition, yes, no).astype(np.float32, copy=False)
+    chosen: Float32 = np.where(condition, yes, no).astype(np.float32, copy=False)
+    return chosen
 
 
 def divide(a: Float32, b: Float32) -> Float32:
@@ -240,7 +241,8 @@ def clamp_node(n: NodeView) -> Outputs:
 @op(FLOAT)
 def squeeze(value: Float32, width: Float32, center: Float32) -> Float32:
     """1 / (1 + e^(−(value − center)·width))."""
-    return 1 / (1 + np.exp(-(value - center) * width))
+    out: Float32 = np.reciprocal(1 + np.exp(-(value - center) * width))
+    return out
 
 
 @node("Squeeze")
@@ -284,7 +286,7 @@ def layer_facing(lanes: Any, blend: Float32, *normal: Float32) -> Float32:
     c = np.abs(vectors.dot(lanes.wi, normal[0] if normal else lanes.ns))
     b = np.clip(blend, 0, 1 - TINY)
     exponent = select(b < 0.5, 2 * b, 0.5 / (1 - b))
-    return 1 - c**exponent  # type: ignore[no-any-return]
+    return 1 - c**exponent
 
 
 def _normal(n: NodeView) -> tuple[Value, ...]:

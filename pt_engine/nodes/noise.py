@@ -119,15 +119,15 @@ class Octaves:
         self.rest = self.detail - self.whole
         self.last = int(self.whole.max(initial=0))
         self.any_rest = bool((self.rest != 0).any())
-        self.same = bool((self.whole == self.last).all())
 
-    def has(self, i: int) -> Float32 | bool:
+    def has(self, i: int) -> Float32:
         """1 where octave i is a whole one."""
-        return True if self.same else self.whole >= i
+        return np.float32(1) * np.atleast_1d(self.whole >= i)
 
-    def is_next(self, i: int) -> Float32 | bool:
+    def is_next(self, i: int) -> Float32:
         """1 where octave i is the first that is not."""
-        return i == self.last + 1 if self.same else self.whole + 1 == i
+        out: Float32 = np.float32(1) * np.atleast_1d(self.whole + 1 == i)
+        return out
 
     @property
     def numbers(self) -> range:
@@ -158,7 +158,8 @@ def fbm(point: Point, detail: Float32, roughness: Float32, lacunarity: Float32, 
 def _normalized(total: Float32, reach: Float32, normalize: bool) -> Float32:
     if not normalize:
         return total
-    return np.float32(0.5) * total / (reach + (reach == 0)) + np.float32(0.5)
+    out: Float32 = np.float32(0.5) * total / (reach + (reach == 0)) + np.float32(0.5)
+    return out
 
 
 def multifractal(point: Point, detail: Float32, roughness: Float32, lacunarity: Float32) -> Float32:

@@ -107,7 +107,8 @@ def _phase(kind: str, direction: str, p: Float32) -> Float32:
         return bands[direction] if direction in bands else (x + y + z) * 10
     squares = [c * c for c, axis in zip((x, y, z), "XYZ", strict=True) if axis != direction]
     total = squares[0] + squares[1]
-    return np.sqrt(total + squares[2] if len(squares) == 3 else total) * 20
+    out: Float32 = np.sqrt(total + squares[2] if len(squares) == 3 else total) * 20
+    return out
 
 
 @op(FLOAT)

@@ -170,7 +170,8 @@ def reflecting_normal(lanes: Any, *normal: Float32) -> Float32:
     n = usable(unit(np.broadcast_to(normal[0], (3, lanes.n))), lanes.ns) if normal else lanes.ns
     ng, wi = lanes.ng, lanes.wi
     if n is ng:
-        return n
+        out: Float32 = n
+        return out
     iz = vectors.dot(wi, ng)
     t = np.minimum(np.float32(0.9) * iz, np.float32(0.01))
     mirrored = 2 * vectors.dot(n, wi) * vectors.dot(n, ng) - iz

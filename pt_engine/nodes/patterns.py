@@ -34,7 +34,8 @@ def times(v: Float32, s: Float32) -> Float32:
 def checker(p: Float32) -> Float32:
     """1 and 0 in turn over unit cubes."""
     cell = np.abs(np.floor((p + np.float32(1e-6)) * np.float32(0.999999))).astype(np.int32) & 1
-    return ((cell[0] == cell[1]) == (cell[2] == 1)).astype(np.float32)
+    out: Float32 = ((cell[0] == cell[1]) == (cell[2] == 1)).astype(np.float32)
+    return out
 
 
 @op(COLOR)
@@ -144,7 +145,8 @@ def gradient(kind: str, p: Float32) -> Float32:
     else:
         f = np.maximum(np.float32(0.999999) - np.sqrt(x * x + y * y + z * z), 0)
         f = f * f if kind == "QUADRATIC_SPHERE" else f
-    return np.clip(f, 0, 1)
+    out: Float32 = np.clip(f, 0, 1)
+    return out
 
 
 @node("TexGradient")
@@ -237,7 +239,8 @@ def plain_sky(direction: Float32) -> Float32:
         np.array(c, np.float32)[:, None] for c in ((0.12, 0.26, 0.62), (0.62, 0.75, 0.92), (0.12, 0.11, 0.10))
     )
     sky = horizon + up * (zenith - horizon)
-    return sky + ground * (soil - sky)
+    out: Float32 = sky + ground * (soil - sky)
+    return out
 
 
 @node("TexSky")

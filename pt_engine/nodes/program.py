@@ -31,7 +31,7 @@ class LanesLike(Protocol):
 
 
 class Slot(NamedTuple):
-    """Where a value is: constant number `number`, or (`constant` False) result number `number`."""
+    """Where a value is: constant number `number`, or (`constant` False) the result of that number."""
 
     constant: bool
     number: int

@@ -90,13 +90,17 @@ class Cells:
     def random(self, offset: Sequence[int] | Sequence[Int32]) -> list[Float32]:
         """The point of the cell `offset` away, in [0, 1] of that cell."""
         if self.dimension == 1:
-            return [floats_to_float(self.low[0] + offset[0])]
+            return [floats_to_float(self._cell_1d(offset[0]))]
         return cell(*(k + np.asarray(o, np.int32) for k, o in zip(self.number, offset, strict=True)))
+
+    def _cell_1d(self, offset: int | Int32) -> Float32:
+        """Number of the cell `offset` away, as the float that is hashed."""
+        return self.low[0] + np.asarray(offset, np.float32)
 
     def color(self, offset: Sequence[Int32]) -> Float32:
         """(3, n) colour of the cell `offset` away."""
         if self.dimension == 1:
-            return floats_to_color(self.low[0] + offset[0])
+            return floats_to_color(self._cell_1d(offset[0]))
         keys = [k + o for k, o in zip(self.number, offset, strict=True)]
         if self.dimension == 2:
             keys.append(np.zeros_like(keys[0]))

@@ -192,11 +192,11 @@ def _read_file(path: str, name: str) -> NDArray[Any]:
         kind = oiio.UINT8 if str(spec.format) == "uint8" else oiio.FLOAT
         channels = min(spec.nchannels, 4)
         data = file.read_image(0, 0, 0, channels, kind)
-        problem = file.geterror().strip()
+        reason = file.geterror().strip()
     finally:
         file.close()
     if data is None:
-        raise ImageError(f"{name}: {problem or 'cannot be read'}".replace(path, name))
+        raise ImageError(f"{name}: {reason or 'cannot be read'}".replace(path, name))
     dtype = np.uint8 if kind == oiio.UINT8 else np.float32
     return to_rgba(np.asarray(data, dtype).reshape(spec.height, spec.width, channels)[::-1])
 

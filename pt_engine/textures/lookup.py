@@ -8,7 +8,7 @@ four channels). The filters are Cycles': linear between texel centres, and the c
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,8 @@ MIRROR: Final = "MIRROR"
 
 def wrap_repeat(i: Int32, size: int) -> Int32:
     """i mod size."""
-    return i % np.int32(size)
+    wrapped: Int32 = i % np.int32(size)
+    return wrapped
 
 
 def wrap_extend(i: Int32, size: int) -> Int32:
@@ -37,7 +38,8 @@ def wrap_extend(i: Int32, size: int) -> Int32:
 def wrap_mirror(i: Int32, size: int) -> Int32:
     """Back and forth: ... 1 0 | 0 1 ... n−1 | n−1 n−2 ..."""
     m = i % np.int32(2 * size)
-    return np.minimum(m, np.int32(2 * size - 1) - m)
+    out: Int32 = np.minimum(m, np.int32(2 * size - 1) - m)
+    return out
 
 
 WRAPS: Final[dict[str, Wrap]] = {
@@ -51,13 +53,13 @@ WRAPS: Final[dict[str, Wrap]] = {
 def pack(rgba: NDArray[np.uint8]) -> NDArray[np.uint32]:
     """(K, 4) bytes as (K,) uint32, red in the lowest byte."""
     wide = rgba.astype(np.uint32)
-    packed: NDArray[np.uint32] = wide[:, 0] | wide[:, 1] << 8 | wide[:, 2] << 16 | wide[:, 3] << 24
+    packed: NDArray[Any] = wide[:, 0] | wide[:, 1] << 8 | wide[:, 2] << 16 | wide[:, 3] << 24
     return packed
 
 
 def gather(texels: Texels, index: Int32) -> Float32:
     """(4, n) float32 of the texels at `index`; bytes come out in [0, 1]."""
-    got = texels.take(index, axis=0, mode="clip")
+    got: NDArray[Any] = texels.take(index, axis=0, mode="clip")
     if got.dtype == np.float32:
         return np.ascontiguousarray(got.T, np.float32)
     out = np.empty((4, len(got)), np.float32)
@@ -135,9 +137,10 @@ class Grid:
 
 def bspline(t: Float32) -> tuple[Float32, Float32, Float32, Float32]:
     """Weights of the four texels around a point `t` past the second: the uniform cubic B-spline."""
+    sixth, third = np.float32(1 / 6), np.float32(2 / 3)
     return (
-        ((-t / 6 + 0.5) * t - 0.5) * t + 1 / 6,
-        (0.5 * t - 1) * t * t + 2 / 3,
-        ((-0.5 * t + 0.5) * t + 0.5) * t + 1 / 6,
-        t * t * t / 6,
+        ((-sixth * t + 0.5) * t - 0.5) * t + sixth,
+        (0.5 * t - 1) * t * t + third,
+        ((-0.5 * t + 0.5) * t + 0.5) * t + sixth,
+        sixth * t * t * t,
     )
