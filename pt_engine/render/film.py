@@ -1,8 +1,9 @@
 """The film: what the samples of each pixel add up to, exactly.
 
 Per pixel it keeps the sum and the sum of squares of every channel (see `exact_sum`), the sum of alpha in
-steps of 2⁻²⁴, and the count of samples: 108 bytes. Since sums are exact, adding samples in any order, in any
-chunks, on any number of films merged in any order, gives the very same bits.
+steps of 2⁻²⁴, and the count of samples: 108 bytes, 116 where pixels are stored in an order of their own.
+Since sums are exact, adding samples in any order, in any chunks, on any number of films merged in any
+order, gives the very same bits.
 """
 
 from __future__ import annotations
