@@ -1,4 +1,4 @@
-"""Node trees become flat graphs that say the same, with the layers that they need."""
+"""Node trees become flat graphs that say the same."""
 
 import re
 
@@ -6,81 +6,17 @@ import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
-from support.bpy_scenes import add, cube, empty_scene, export, export_in_render  # noqa: E402
+from support.bpy_nodes import BLENDER_5, Tree, shape_of, source, with_nodes  # noqa: E402
+from support.bpy_scenes import add, cube, empty_scene, export  # noqa: E402
 
+from pt_engine.blender.export.images import ImageTable  # noqa: E402
+from pt_engine.blender.export.node_tree import flatten  # noqa: E402
 from pt_engine.scene.snapshot import Link  # noqa: E402
-
-BLENDER_5 = bpy.app.version >= (5, 0, 0)
 
 
 @pytest.fixture(autouse=True)
 def scene():
     return empty_scene()
-
-
-def with_nodes(owner):
-    """The empty node tree of a material, world or light."""
-    if not BLENDER_5:
-        owner.use_nodes = True
-    owner.node_tree.nodes.clear()
-    return owner.node_tree
-
-
-class Tree:
-    """A material's tree with a Principled BSDF, and shorthands to build on it."""
-
-    def __init__(self, tree=None):
-        self.material = bpy.data.materials.new("Test") if tree is None else None
-        self.tree = with_nodes(self.material) if tree is None else tree
-        if tree is None:
-            self.output = self.node("OutputMaterial")
-            self.bsdf = self.node("BsdfPrincipled")
-            self.link(self.bsdf, 0, self.output, 0)
-
-    def node(self, kind, **settings):
-        node = self.tree.nodes.new(kind if kind.startswith(("Node", "Geometry")) else f"ShaderNode{kind}")
-        for key, value in settings.items():
-            setattr(node, key, value)
-        return node
-
-    def link(self, source, output, target, socket):
-        return self.tree.links.new(source.outputs[output], target.inputs[socket])
-
-    def group(self, *sockets):
-        """A group with (name, direction, type) sockets: its inner Tree and a node of it here."""
-        tree = bpy.data.node_groups.new("Group", "ShaderNodeTree")
-        for name, direction, kind in sockets:
-            tree.interface.new_socket(name, in_out=direction, socket_type=f"NodeSocket{kind}")
-        inner = Tree(tree)
-        inner.start, inner.end = inner.node("NodeGroupInput"), inner.node("NodeGroupOutput")
-        return inner, self.node("Group", node_tree=tree)
-
-    def export(self, mesh=None):
-        mesh = mesh or cube()
-        mesh.materials.clear()
-        mesh.materials.append(self.material)
-        add(mesh)
-        snapshot = export()
-        return snapshot, snapshot.materials[snapshot.instances.materials[-1, 0]]
-
-
-def shape_of(graph, link=None):
-    """A graph without its names and numbers, as a nested tuple: equal for graphs that mean the same."""
-    if link is None:
-        return {socket: shape_of(graph, start) for socket, start in graph.outputs.items()}
-    node = graph.nodes[link.node]
-    inputs = {
-        key: shape_of(graph, value) if isinstance(value, Link) else value
-        for key, value in node.inputs.items()
-    }
-    return node.kind, link.socket, inputs, node.props
-
-
-def source(graph, kind, socket):
-    """The kind of the node that feeds a socket of the only node of `kind`, or the socket's value."""
-    (node,) = [node for node in graph.nodes if node.kind == kind]
-    value = node.inputs[socket]
-    return graph.nodes[value.node].kind if isinstance(value, Link) else value
 
 
 def test_values_and_settings_of_a_node():
@@ -214,6 +150,43 @@ def test_active_output_for_cycles_wins():
     assert [node.kind for node in graph.nodes] == ["BsdfDiffuse"]
 
 
+def test_an_output_inside_a_group_counts():
+    tree = Tree()
+    inner, _ = tree.group(("Out", "OUTPUT", "Float"))
+    inner.link(inner.node("BsdfDiffuse"), 0, inner.node("OutputMaterial"), 0)
+    tree.tree.nodes.remove(tree.output)
+    _, graph = tree.export()
+    assert [node.name for node in graph.nodes] == ["Group/Diffuse BSDF"]
+
+
+@pytest.mark.skipif(not BLENDER_5, reason="Blender 4.5 has no inliner")
+def test_flattening_agrees_with_blenders_inliner():
+    """Groups in groups, reroutes, mutes: the same nodes reach the surface, linked the same way."""
+    tree = Tree()
+    outer, node = tree.group(("A", "INPUT", "Color"), ("B", "INPUT", "Float"), ("Out", "OUTPUT", "Color"))
+    inner, inner_node = outer.group(("C", "INPUT", "Color"), ("D", "OUTPUT", "Color"))
+    voronoi, reroute, muted = (
+        inner.node("TexVoronoi"),
+        inner.node("NodeReroute"),
+        inner.node("Gamma", mute=True),
+    )
+    inner.link(inner.start, 0, voronoi, "Vector")
+    inner.link(voronoi, "Color", muted, "Color")
+    inner.link(muted, 0, reroute, 0)
+    inner.link(reroute, 0, inner.end, 0)
+    noise = outer.node("TexNoise")
+    outer.link(outer.start, 0, inner_node, 0)
+    outer.link(inner_node, 0, noise, "Vector")
+    outer.link(outer.start, 1, noise, "Scale")
+    outer.link(noise, "Color", outer.end, 0)
+    tree.link(tree.node("NewGeometry"), "Position", node, 0)
+    tree.link(tree.node("ObjectInfo"), "Random", node, 1)
+    tree.link(node, 0, tree.bsdf, "Base Color")
+    _, graph = tree.export()
+    inlined = bpy.types.InlineShaderNodes.from_material(tree.material)
+    assert shape_of(flatten(inlined.node_tree, "Inlined", ImageTable([]))) == shape_of(graph)
+
+
 def test_every_node_comes_after_what_feeds_it():
     tree = Tree()
     previous = tree.node("TexNoise")
@@ -267,34 +240,6 @@ def test_drivers_have_their_say(scene):
     assert source(graph, "BsdfPrincipled", "Roughness") == 0.75
 
 
-def test_slots_linked_to_the_object_win():
-    data = cube()
-    for name in ("Red", "Blue"):
-        data.materials.append(bpy.data.materials.new(name))
-    add(data, "Plain")
-    slot = add(data, "Special").material_slots[1]
-    slot.link, slot.material = "OBJECT", bpy.data.materials.new("Gold")
-    snapshot = export()
-    names = {
-        name: [snapshot.materials[number].name for number in row]
-        for name, row in zip(snapshot.instances.names, snapshot.instances.materials, strict=True)
-    }
-    assert names == {"Plain": ["Red", "Blue"], "Special": ["Red", "Gold"]}
-    assert len(snapshot.meshes) == 1
-
-
-def test_faces_keep_their_slots_and_empty_slots_are_the_stand_in():
-    data = cube()
-    data.materials.append(None)
-    data.materials.append(bpy.data.materials.new("Second"))
-    data.polygons[2].material_index = 1
-    add(data)
-    snapshot = export()
-    assert np.bincount(snapshot.meshes[0].material_slot).tolist() == [10, 2]
-    assert snapshot.instances.materials[0].tolist() == [0, 1]
-    assert source(snapshot.materials[0], "BsdfDiffuse", "Color") == (0.8, 0.8, 0.8, 1.0)
-
-
 @pytest.mark.skipif(BLENDER_5, reason="materials always have nodes in Blender 5")
 def test_material_without_nodes_is_diffuse():
     material = bpy.data.materials.new("Plain")
@@ -303,70 +248,6 @@ def test_material_without_nodes_is_diffuse():
     data.materials.append(material)
     add(data)
     assert source(export().materials[1], "BsdfDiffuse", "Color") == (0.5, 0.25, 0.125, 1)
-
-
-def layered_cube():
-    data = cube()
-    for name in ("First", "Second"):
-        data.uv_layers.new(name=name)
-    data.uv_layers["Second"].active_render = True
-    uv = np.random.default_rng(2).random(48, np.float32)
-    data.attributes["Second"].data.foreach_set("vector", uv)
-    paint = data.color_attributes.new("Paint", "FLOAT_COLOR", "POINT")
-    colors = np.random.default_rng(3).random((8, 4), np.float32)
-    paint.data.foreach_set("color", colors.ravel())
-    return data, uv.reshape(24, 2), colors
-
-
-def test_only_layers_that_a_graph_reads_are_exported():
-    (data,) = Tree().export(layered_cube()[0])[0].meshes
-    assert (data.uvs, data.colors, data.corner_index) == ({}, {}, None)
-
-
-def test_active_uv_map_of_an_image_texture():
-    tree = Tree()
-    tree.link(tree.node("TexImage"), 0, tree.bsdf, "Base Color")
-    data, uv, _ = layered_cube()
-    (exported,) = tree.export(data)[0].meshes
-    assert list(exported.uvs) == [exported.active_uv] == ["Second"]
-    np.testing.assert_array_equal(exported.uvs["Second"], uv)
-    corner = data.loops[int(exported.corner_index[5, 2])]
-    assert corner.vertex_index == exported.triangles[5, 2]
-
-
-def test_named_layers_come_by_name():
-    tree = Tree()
-    tree.link(tree.node("UVMap", uv_map="First"), 0, tree.bsdf, "Normal")
-    tree.link(tree.node("VertexColor", layer_name="Paint"), 0, tree.bsdf, "Base Color")
-    data, _, colors = layered_cube()
-    (exported,) = tree.export(data)[0].meshes
-    assert (list(exported.uvs), list(exported.colors)) == (["First"], ["Paint"])
-    at_corner = exported.colors["Paint"][exported.corner_index]
-    np.testing.assert_array_equal(at_corner, colors[exported.triangles])
-
-
-def test_number_attributes_of_faces_are_colours_too():
-    tree = Tree()
-    tree.link(tree.node("Attribute", attribute_name="Height"), "Fac", tree.bsdf, "Roughness")
-    data = cube()
-    data.attributes.new("Height", "FLOAT", "FACE").data.foreach_set("value", np.arange(6, dtype=np.float32))
-    (exported,) = tree.export(data)[0].meshes
-    at_corner = exported.colors["Height"][exported.corner_index]
-    expected = np.repeat(np.arange(6), 2)[:, None, None] * np.array([1, 1, 1, 0]) + np.array([0, 0, 0, 1])
-    np.testing.assert_array_equal(at_corner, np.broadcast_to(expected, (12, 3, 4)))
-
-
-def test_generated_coordinates_are_those_before_the_modifiers():
-    tree = Tree()
-    tree.link(tree.node("TexNoise"), 0, tree.bsdf, "Roughness")
-    data = cube(size=4.0)
-    data.materials.append(tree.material)
-    modifier = add(data).modifiers.new("Cast", "CAST")
-    modifier.factor = 1.0
-    (exported,) = export_in_render().meshes
-    np.testing.assert_allclose(np.abs(exported.orco), 2.0)
-    assert np.abs(exported.vertices).max() < 2.0 or np.abs(exported.vertices).min() > 2.0
-    np.testing.assert_allclose(exported.texture_space, [[0, 0, 0], [2, 2, 2]], atol=1e-6)
 
 
 def test_materials_with_a_zone_go_through_blenders_inliner():
@@ -402,12 +283,3 @@ def test_world_without_nodes(scene):
     scene.world = bpy.data.worlds.new("World")
     scene.world.use_nodes, scene.world.color = False, (0.5, 0.25, 0.125)
     assert source(export().world, "Background", "Color") == (0.5, 0.25, 0.125, 1.0)
-
-
-def test_view_layer_overrides_every_material():
-    data = cube()
-    data.materials.append(bpy.data.materials.new("Own"))
-    add(data)
-    bpy.context.view_layer.material_override = bpy.data.materials.new("Clay")
-    snapshot = export()
-    assert snapshot.materials[snapshot.instances.materials[0, 0]].name == "Clay"

@@ -19,26 +19,15 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 from ...scene.snapshot import Graph, Link, Node
-from .node_props import node_props, plain
+from .conversions import Feed, constant_of, converted, own_value
+from .node_props import node_props
 
 GROUPS = {"ShaderNodeGroup", "ShaderNodeCustomGroup"}
-VALUE_TYPES = {"VALUE", "INT", "BOOLEAN", "VECTOR", "RGBA", "STRING", "MENU", "ROTATION", "MATRIX"}
 STRUCTURAL = GROUPS | {"NodeReroute", "NodeGroupInput", "NodeGroupOutput", "NodeFrame"}
-SCALARS = {"VALUE", "INT", "BOOLEAN"}
-LUMA = (0.2126, 0.7152, 0.0722)
 LONGEST_CHAIN = 100_000
 OUTPUT_SOCKETS = ("Surface", "Volume", "Displacement")
-
-
-class Feed(NamedTuple):
-    """What reaches a socket: a link, or (link None) a constant; `type` is the socket type it has by now."""
-
-    link: Link | None
-    constant: object
-    type: str
 
 
 @dataclass
@@ -112,11 +101,11 @@ class Flattener:
         self.pending: deque = deque()
 
     def run(self, target: str) -> Graph:
-        output = active_output(self.root.tree, target)
+        scope, output = active_output(self.root, target)
         outputs: dict[str, Link] = {}
         for socket in output.inputs if output is not None else ():
             if socket.identifier in OUTPUT_SOCKETS:
-                feed = converted(self, self.feed(self.root, socket), socket.type)
+                feed = converted(self, self.feed(scope, socket), socket.type)
                 if feed is not None and feed.link is not None:
                     outputs[socket.identifier] = feed.link
         while self.pending:
@@ -179,13 +168,21 @@ class Flattener:
         return self.number[key]
 
 
-def active_output(tree, target: str):
-    """The output node that Cycles renders, else one for any engine, else EEVEE's."""
+def active_output(scope, target: str):
+    """The output node that Cycles renders, and its scope; else one for any engine, else EEVEE's.
+
+    Where the tree itself has none, one inside its groups counts, as it does for Blender.
+    """
     for wanted in (target, "ALL", "EEVEE"):
-        node = tree.get_output_node(wanted)
+        node = scope.tree.get_output_node(wanted)
         if node is not None:
-            return node
-    return None
+            return scope, node
+    for group in scope.tree.nodes:
+        if group.bl_idname in GROUPS and group.node_tree is not None and not group.mute:
+            found = active_output(scope.into(group), target)
+            if found[1] is not None:
+                return found
+    return scope, None
 
 
 def step(scope, node, output):
@@ -224,78 +221,6 @@ def step_in(scope, group, output):
 def matching(group, output):
     """The socket on a group node that feeds a socket of its Group Input."""
     return next((socket for socket in group.inputs if socket.identifier == output.identifier), None)
-
-
-def own_value(socket):
-    """The value of an unlinked socket: None where it is hidden or has none."""
-    if socket.hide_value or socket.type not in VALUE_TYPES or not hasattr(socket, "default_value"):
-        return None
-    return plain(socket.default_value)
-
-
-def constant_of(socket) -> Feed | None:
-    value = own_value(socket)
-    return None if value is None else Feed(None, value, socket.type)
-
-
-def converted(flattener, feed: Feed | None, to: str) -> Feed | None:
-    """`feed` as a socket of type `to` gets it."""
-    if feed is None or feed.type == to:
-        return feed
-    if feed.type == "SHADER" or to not in VALUE_TYPES | {"SHADER"}:
-        return None
-    if feed.link is None:
-        return converted_constant(flattener, feed, to)
-    if to == "SHADER":
-        socket = "Strength" if feed.type in SCALARS else "Color"
-        inputs = {"Color": (1.0, 1.0, 1.0, 1.0), "Strength": 1.0, socket: feed.link}
-        return Feed(Link(flattener.extra("Emission", inputs), "Emission"), None, to)
-    if feed.type in ("RGBA", "VECTOR", "ROTATION") and to in SCALARS:
-        feed = narrowed(flattener, feed)
-    if to in ("INT", "BOOLEAN") and feed.type == "VALUE":
-        operation, other = ("TRUNC", 0.0) if to == "INT" else ("GREATER_THAN", 0.0)
-        inputs = {"Value": feed.link, "Value_001": other, "Value_002": 0.0}
-        number = flattener.extra("Math", inputs, {"operation": operation, "use_clamp": False})
-        return Feed(Link(number, "Value"), None, to)
-    return Feed(feed.link, None, to)
-
-
-def narrowed(flattener, feed: Feed) -> Feed:
-    """A colour's luminance or a vector's mean, as one value."""
-    if feed.type == "RGBA":
-        return Feed(Link(flattener.extra("RGBToBW", {"Color": feed.link}), "Val"), None, "VALUE")
-    third = (1 / 3, 1 / 3, 1 / 3)
-    zero = (0.0, 0.0, 0.0)
-    inputs = {"Vector": feed.link, "Vector_001": third, "Vector_002": zero, "Scale": 1.0}
-    number = flattener.extra("VectorMath", inputs, {"operation": "DOT_PRODUCT"})
-    return Feed(Link(number, "Value"), None, "VALUE")
-
-
-def converted_constant(flattener, feed: Feed, to: str) -> Feed | None:
-    """A constant in another socket type, by the rules above."""
-    value = feed.constant
-    if to == "SHADER":
-        inputs = {"Color": as_color(value), "Strength": 1.0}
-        return Feed(Link(flattener.extra("Emission", inputs), "Emission"), None, to)
-    if isinstance(value, str) or to in ("STRING", "MENU", "MATRIX"):
-        return None
-    if to == "RGBA":
-        return Feed(None, as_color(value), to)
-    if to in ("VECTOR", "ROTATION"):
-        return Feed(None, as_color(value)[:3], to)
-    if feed.type == "RGBA":
-        value = sum(weight * channel for weight, channel in zip(LUMA, value, strict=False))
-    elif isinstance(value, tuple):
-        value = sum(value) / len(value)
-    kind = {"VALUE": float, "INT": int, "BOOLEAN": lambda x: x > 0}[to]
-    return Feed(None, kind(value), to)
-
-
-def as_color(value) -> tuple[float, ...]:
-    """A scalar or vector as RGBA."""
-    if isinstance(value, tuple):
-        return (*value[:3], value[3] if len(value) > 3 else 1.0)
-    return (float(value),) * 3 + (1.0,)
 
 
 def in_order(nodes, outputs, notes):

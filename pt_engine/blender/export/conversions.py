@@ -1,0 +1,97 @@
+"""What happens to a value or link on its way through sockets of other types, by Blender's rules.
+
+A colour becomes a number by its luminance, a vector by its mean; a number fills all channels; into an integer
+it is truncated, into a boolean compared with 0. Where a link needs it, an ordinary node that does the same is
+put in by the `flattener` (its `extra`).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ...scene.snapshot import Link
+from .node_props import plain
+
+VALUE_TYPES = {"VALUE", "INT", "BOOLEAN", "VECTOR", "RGBA", "STRING", "MENU", "ROTATION", "MATRIX"}
+SCALARS = {"VALUE", "INT", "BOOLEAN"}
+LUMA = (0.2126, 0.7152, 0.0722)
+
+
+class Feed(NamedTuple):
+    """What reaches a socket: a link, or (link None) a constant; `type` is the socket type it has by now."""
+
+    link: Link | None
+    constant: object
+    type: str
+
+
+def own_value(socket):
+    """The value of an unlinked socket: None where it is hidden or has none."""
+    if socket.hide_value or socket.type not in VALUE_TYPES or not hasattr(socket, "default_value"):
+        return None
+    return plain(socket.default_value)
+
+
+def constant_of(socket) -> Feed | None:
+    value = own_value(socket)
+    return None if value is None else Feed(None, value, socket.type)
+
+
+def converted(flattener, feed: Feed | None, to: str) -> Feed | None:
+    """`feed` as a socket of type `to` gets it."""
+    if feed is None or feed.type == to:
+        return feed
+    if feed.type == "SHADER" or to not in VALUE_TYPES | {"SHADER"}:
+        return None
+    if feed.link is None:
+        return converted_constant(flattener, feed, to)
+    if to == "SHADER":
+        socket = "Strength" if feed.type in SCALARS else "Color"
+        inputs = {"Color": (1.0, 1.0, 1.0, 1.0), "Strength": 1.0, socket: feed.link}
+        return Feed(Link(flattener.extra("Emission", inputs), "Emission"), None, to)
+    if feed.type in ("RGBA", "VECTOR", "ROTATION") and to in SCALARS:
+        feed = narrowed(flattener, feed)
+    if to in ("INT", "BOOLEAN") and feed.type == "VALUE":
+        operation, other = ("TRUNC", 0.0) if to == "INT" else ("GREATER_THAN", 0.0)
+        inputs = {"Value": feed.link, "Value_001": other, "Value_002": 0.0}
+        number = flattener.extra("Math", inputs, {"operation": operation, "use_clamp": False})
+        return Feed(Link(number, "Value"), None, to)
+    return Feed(feed.link, None, to)
+
+
+def narrowed(flattener, feed: Feed) -> Feed:
+    """A colour's luminance or a vector's mean, as one value."""
+    if feed.type == "RGBA":
+        return Feed(Link(flattener.extra("RGBToBW", {"Color": feed.link}), "Val"), None, "VALUE")
+    third = (1 / 3, 1 / 3, 1 / 3)
+    zero = (0.0, 0.0, 0.0)
+    inputs = {"Vector": feed.link, "Vector_001": third, "Vector_002": zero, "Scale": 1.0}
+    number = flattener.extra("VectorMath", inputs, {"operation": "DOT_PRODUCT"})
+    return Feed(Link(number, "Value"), None, "VALUE")
+
+
+def converted_constant(flattener, feed: Feed, to: str) -> Feed | None:
+    """A constant in another socket type, by the rules above."""
+    value = feed.constant
+    if to == "SHADER":
+        inputs = {"Color": as_color(value), "Strength": 1.0}
+        return Feed(Link(flattener.extra("Emission", inputs), "Emission"), None, to)
+    if isinstance(value, str) or to in ("STRING", "MENU", "MATRIX"):
+        return None
+    if to == "RGBA":
+        return Feed(None, as_color(value), to)
+    if to in ("VECTOR", "ROTATION"):
+        return Feed(None, as_color(value)[:3], to)
+    if feed.type == "RGBA":
+        value = sum(weight * channel for weight, channel in zip(LUMA, value, strict=False))
+    elif isinstance(value, tuple):
+        value = sum(value) / len(value)
+    kind = {"VALUE": float, "INT": int, "BOOLEAN": lambda x: x > 0}[to]
+    return Feed(None, kind(value), to)
+
+
+def as_color(value) -> tuple[float, ...]:
+    """A scalar or vector as RGBA."""
+    if isinstance(value, tuple):
+        return (*value[:3], value[3] if len(value) > 3 else 1.0)
+    return (float(value),) * 3 + (1.0,)
