@@ -8,7 +8,8 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from support.engine_scene import HEIGHT, WIDTH, engine_scene, integrator_file, pixels, rendered
+from support.engine_scene import HEIGHT, WIDTH, engine_scene, integrator_file, rendered
+from support.exr import pixels
 
 from pt_engine.blender import cli
 from pt_engine.render.integrator import INTEGRATORS

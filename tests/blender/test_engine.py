@@ -13,10 +13,9 @@ from support.engine_scene import (
     exr,
     integrator_file,
     observed,
-    parts,
-    pixels,
     rendered,
 )
+from support.exr import parts, pixels
 
 from pt_engine.blender import plugins
 from pt_engine.blender.record import Session
