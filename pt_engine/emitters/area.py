@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.vectors import dot
-from .base import NO_HITS, Draw, Float32, Float64, Hits, Index, Lamp, at, columns, scalars, unit
+from .base import FAR, NO_HITS, Draw, Float32, Float64, Hits, Index, Lamp, at, columns, scalars, unit
 
 TWO_PI = float(2.0 * np.pi)
 SMALL_SOLID_ANGLE = 0.01  # sr; below it rectangles are sampled by area
@@ -142,7 +142,7 @@ class _Areas:
         axes, half_x, half_y = self._lamps(np.array([row]))
         facing = -dot(d, axes.z)
         height = dot(o, axes.z) - dot(axes.centre, axes.z)
-        front = np.flatnonzero((height > 0.0) & (height < t * facing))
+        front = np.flatnonzero((height > 0.0) & (height < np.minimum(t, FAR) * facing))
         to_centre, d = axes.centre - o.take(front, axis=1), d.take(front, axis=1)
         height = -dot(to_centre, axes.z)
         s: Float32 = height / facing.take(front)
@@ -315,8 +315,8 @@ class Rectangles(_Areas):
         distance: Float32 = np.sqrt(squared)
         if small.size:
             omega[small] = s.area * s.height / (squared.take(small) * distance.take(small))
+        pdf = at(self._chance, row) / above(omega) * lit
         omega *= lit
-        pdf = at(self._chance, row) / above(omega)
         if tan is not None:
             omega *= self._dim(row, tan, x, y, r.height)
         return Draw(toward(axes, x, y, r.height, distance), distance, at(self._weight, row) * omega, pdf)
@@ -335,6 +335,7 @@ class Rectangles(_Areas):
         radiance = at(self._radiance, only) * lit
         if tan is not None:
             radiance *= self._dim(only, tan, met.x, met.y, r.height)
+            lit &= (met.x >= r.x0) & (met.x <= r.x1) & (met.y >= r.y0) & (met.y <= r.y1)
         return Hits(met.lanes, radiance, self._chance[row] * lit / above(omega))
 
 
@@ -351,11 +352,6 @@ class Ellipses(_Areas):
         half_x, half_y = seen.half_x * lamp + reach * circle, seen.half_y * lamp + reach * circle
         return Seen(seen.x * lamp, seen.y * lamp, seen.height, half_x, half_y)
 
-    def _shine(self, row: Index | None, tan: Float32, seen: Seen, x: Float32, y: Float32) -> Float32:
-        """What spread and shape leave of the radiance toward (x, y) of the lamp's plane."""
-        a, b = (x - seen.x) / seen.half_x, (y - seen.y) / seen.half_y
-        return self._dim(row, tan, x, y, seen.height) * (a * a + b * b <= 1.000001)
-
     def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
         """Uniform in area."""
         axes, half_x, half_y = self._lamps(row)
@@ -371,10 +367,13 @@ class Ellipses(_Areas):
         distance: Float32 = np.sqrt(squared)
         surface = float(np.pi) * region.half_x * region.half_y
         omega = surface * seen.height / (squared * distance)
-        omega *= lit
-        pdf = at(self._chance, row) / above(omega)
         if tan is not None:
-            omega *= self._shine(row, tan, seen, x, y)
+            a, b = (x - seen.x) / half_x, (y - seen.y) / half_y
+            lit &= a * a + b * b <= 1.0
+        pdf = at(self._chance, row) / above(omega) * lit
+        omega *= lit
+        if tan is not None:
+            omega *= self._dim(row, tan, x, y, seen.height)
         return Draw(toward(axes, x, y, seen.height, distance), distance, at(self._weight, row) * omega, pdf)
 
     def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
@@ -388,6 +387,8 @@ class Ellipses(_Areas):
         cubed: Float32 = np.maximum(met.s * met.s * met.s, 1e-30)
         omega = float(np.pi) * region.half_x * region.half_y * region.height / cubed
         radiance = np.repeat(at(self._radiance, only), met.lanes.size, axis=1)
-        if tan is not None:
-            radiance *= self._shine(only, tan, met.seen, met.x, met.y)
-        return Hits(met.lanes, radiance, self._chance[row] / above(omega))
+        if tan is None:
+            return Hits(met.lanes, radiance, self._chance[row] / above(omega))
+        radiance *= self._dim(only, tan, met.x, met.y, region.height)
+        a, b = (met.x - region.x) / region.half_x, (met.y - region.y) / region.half_y
+        return Hits(met.lanes, radiance, self._chance[row] / above(omega) * (a * a + b * b <= 1.0))

@@ -111,11 +111,15 @@ class SphereSpots(SphereLamps):
         t = along + (2.0 * cone.inside - 1.0) * np.sqrt(np.maximum(discriminant, 0.0))
         solid: Float32 = TWO_PI * one_minus_max
         shine = solid * np.maximum(self._beam(row, wo), cone.inside) * met
-        return Draw(wo, np.maximum(t, 0.0), at(self._weight, row) * shine, at(self._chance, row) / solid)
+        pdf = at(self._chance, row) / solid * met
+        return Draw(wo, np.maximum(t, 0.0), at(self._weight, row) * shine, pdf)
 
     def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
         """As a sphere, dimmed but from inside."""
         lanes, cone = self._meet(row, o, d, t)
-        beam = np.maximum(self._beam.of(row, d.take(lanes, axis=1)), cone.inside)
-        one_minus_max = np.minimum(cone.one_minus_cos, self._widest[row] + 2.0 * cone.inside)
-        return Hits(lanes, one(self._strength, row) * beam, self._chance[row] / (TWO_PI * one_minus_max))
+        d = d.take(lanes, axis=1)
+        beam = np.maximum(self._beam.of(row, d), cone.inside)
+        by_sphere = cone.one_minus_cos <= self._widest[row] + 2.0 * cone.inside
+        solid: Float32 = TWO_PI * np.minimum(cone.one_minus_cos, self._widest[row] + 2.0 * cone.inside)
+        drawn = by_sphere | (1.0 - dot(d, one(self._toward, row)) <= self._widest[row])
+        return Hits(lanes, one(self._strength, row) * beam, self._chance[row] / solid * drawn)
