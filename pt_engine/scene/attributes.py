@@ -110,9 +110,9 @@ def color_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:
 
 
 def _color_index(mesh: MeshData, color: Float32) -> Int32:
-    per_corner = mesh.corner_index is not None and len(color) != len(mesh.vertices)
-    if per_corner and mesh.corner_index is not None:
-        return mesh.corner_index
+    corners = mesh.corner_index
+    if corners is not None and (not corners.size or int(np.max(corners)) < len(color)):
+        return corners  # also where there are as many corners as vertices: a single quad
     return mesh.triangles
 
 

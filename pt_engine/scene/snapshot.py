@@ -100,8 +100,8 @@ class MeshData:
         Row of the corner-domain layers (`uvs`, corner `colors`) at each corner.
     uvs : dict[str, (L, 2) float32]
     colors : dict[str, (L, 4) or (V, 4) float32]
-        Linear; an (L, 4) layer is indexed by `corner_index`, a (V, 4) layer by `triangles`. Blender's
-        export makes all of them (L, 4). Other attributes that a graph names are here too: a number x as
+        Linear; indexed by `corner_index` where the layer is long enough for it, as in all that Blender's
+        export makes, else by `triangles`. Other attributes that a graph names are here too: a number x as
         (x, x, x, 1), a vector as (x, y, z, 1).
     active_uv, active_color : str
         Names of the layers a node means when it names none ("" if there is none).

@@ -5,7 +5,10 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 from support.bpy_nodes import Tree, source  # noqa: E402
-from support.bpy_scenes import add, cube, empty_scene, export, export_in_render  # noqa: E402
+from support.bpy_scenes import add, cube, empty_scene, export, export_in_render, mesh  # noqa: E402
+
+from pt_engine.scene.attributes import color_layer  # noqa: E402
+from pt_engine.scene.geometry import flatten  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
@@ -88,6 +91,21 @@ def test_named_layers_come_by_name():
     assert (list(exported.uvs), list(exported.colors)) == (["First"], ["Paint"])
     at_corner = exported.colors["Paint"][exported.corner_index]
     np.testing.assert_array_equal(at_corner, colors[exported.triangles])
+
+
+def test_corner_colours_of_a_single_quad_meet_their_corners():
+    """It has as many corners as vertices, in another order."""
+    tree = Tree()
+    tree.link(tree.node("VertexColor", layer_name="Paint"), 0, tree.bsdf, "Base Color")
+    data = mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], [(0, 1, 3, 2)])
+    paint = data.color_attributes.new("Paint", "FLOAT_COLOR", "CORNER")
+    for item, loop in zip(paint.data, data.loops, strict=True):
+        item.color = (*data.vertices[loop.vertex_index].co, 1.0)
+    snapshot, _ = tree.export(data)
+    layer = color_layer(snapshot, flatten(snapshot), "Paint")
+    (exported,) = snapshot.meshes
+    at_corner = layer.values[layer.index[:2], :3]
+    np.testing.assert_array_equal(at_corner, exported.vertices[exported.triangles])
 
 
 def test_number_attributes_of_faces_are_colours_too():
