@@ -18,7 +18,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
     parser.add_argument("what", choices=("stages", "renders", "memory", "all"))
     parser.add_argument("--scene", action="append", choices=tuple(MODELS), help="may be repeated")
-    parser.add_argument("--sampler", default="INDEPENDENT", help="of `stages`")
+    parser.add_argument("--sampler", default="independent", help="of `stages`")
     parser.add_argument("--passes", type=int, default=6, help="of `stages`: the best of so many")
     parser.add_argument("--no-peers", action="store_true", help="leave Mitsuba and Cycles out")
     parser.add_argument("--folder", type=Path, default=machine.ROOT / "out" / "bench", help="for the scenes")

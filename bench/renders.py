@@ -26,13 +26,13 @@ def measure(blend: Path, peers: bool) -> dict[str, Any]:
     own = json.loads(output.splitlines()[-1])
     result: dict[str, Any] = {
         "target": TARGETS[blend.stem],
-        "independent": best(blend, "INDEPENDENT", 1),
-        "sobol": best(blend, "SOBOL", 1),
+        "independent": best(blend, "independent", 1),
+        "sobol": best(blend, "sobol", 1),
         "embree_only_samples_per_cpu_second": own["embree_only_samples_per_cpu_second"],
         "embree_share": own["embree_share"],
         "in_process_samples_per_cpu_second": own["samples_per_cpu_second"],
     }
-    one, two = result["sobol"], best(blend, "SOBOL", 2)
+    one, two = result["sobol"], best(blend, "sobol", 2)
     result["two_threads"] = two
     result["two_threads_gain"] = two["samples_per_second"] / one["samples_per_second"]
     result["sobol_cost"] = result["independent"]["samples_per_second"] / one["samples_per_second"] - 1

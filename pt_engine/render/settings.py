@@ -56,7 +56,7 @@ class RenderSettings:
     max_depth: int = 13
     rr_depth: int = 4
     transparent_depth: int = 8
-    sampler: str = "SOBOL"
+    sampler: str = "sobol"
     pixel_filter: str = "BLACKMAN_HARRIS"
     filter_width: float = 1.5
     film_transparent: bool = False

@@ -12,7 +12,7 @@ from support.ztest import cell_means, compare
 def ours(content, samples, max_depth, **more):
     """Two independent images, top row first, without alpha."""
     snapshot = snapshot_of(content)
-    settings = {"samples": samples, "max_depth": max_depth, "threads": 2, "sampler": "SOBOL", **more}
+    settings = {"samples": samples, "max_depth": max_depth, "threads": 2, "sampler": "sobol", **more}
     pair = [rendered(snapshot, resolution(content), seed=seed, **settings).image() for seed in (0, 1)]
     return tuple(np.ascontiguousarray(image[::-1, :, :3]) for image in pair)
 
