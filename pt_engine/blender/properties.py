@@ -33,6 +33,8 @@ SAMPLER_TEXTS = {
     "sobol": ("Sobol", "Owen-scrambled Sobol points: less noise for the same number of samples"),
     "independent": ("Independent", "Independent random numbers: the plain Monte Carlo method"),
 }
+# not in the class: before Python 3.12 a comprehension in an annotation does not see this module
+SAMPLER_ITEMS = [(name, *SAMPLER_TEXTS.get(name.lower(), (name.title(), ""))) for name in SAMPLERS]
 
 
 class PTEngineSettings(bpy.types.PropertyGroup):
@@ -66,7 +68,7 @@ class PTEngineSettings(bpy.types.PropertyGroup):
     sampler: EnumProperty(
         name="Sampler",
         description="Where the random numbers come from",
-        items=[(name, *SAMPLER_TEXTS.get(name.lower(), (name.title(), ""))) for name in SAMPLERS],
+        items=SAMPLER_ITEMS,
         default=next(iter(SAMPLERS)),
     )
     max_depth: IntProperty(
