@@ -190,7 +190,7 @@ class Builder:
 @op(FLOAT)
 def grey(c: Float32) -> Float32:
     """Luminance of linear Rec.709."""
-    y: Float32 = 0.2126729 * c[0] + 0.7151522 * c[1] + 0.0721750 * c[2]
+    y: Float32 = 0.21263901 * c[0] + 0.71516868 * c[1] + 0.07219232 * c[2]
     return y
 
 

@@ -103,8 +103,13 @@ def scaled(point: Point, s: Float32) -> list[Float32]:
 def moved(point: Point, seed: float) -> list[Float32]:
     """The point shifted by the random offset number `seed`: 100 + 100·hash per axis."""
     if len(point) == 1:
-        return [point[0] + (100 + floats_to_float(seed) * 100)]
-    return [p + (100 + floats_to_float(seed, float(axis)) * 100) for axis, p in enumerate(point)]
+        return [point[0] + _offset(seed)]
+    return [p + _offset(seed, float(axis)) for axis, p in enumerate(point)]
+
+
+def _offset(*seeds: float) -> Float32:
+    """100 + 100·hash, rounded once."""
+    return (100 + floats_to_float(*seeds).astype(np.float64) * 100).astype(np.float32)
 
 
 # ------------------------------------------------------------------ fractals

@@ -29,7 +29,11 @@ def distorted(point: list[Float32], amount: Float32) -> list[Float32]:
     """The point moved by noise, one offset per axis."""
     if not (amount != 0).any():
         return point
-    return [p + noise.signed_noise(noise.moved(point, float(k))) * amount for k, p in enumerate(point)]
+    wobble = [noise.signed_noise(noise.moved(point, float(k))) for k in range(len(point))]
+    # rounded once, as the fused multiply-add in Cycles is: far from the origin a last bit shows
+    return [
+        (p + w.astype(np.float64) * amount).astype(np.float32) for p, w in zip(point, wobble, strict=True)
+    ]
 
 
 def _settings(detail: Float32, roughness: Float32, *rest: Float32) -> tuple[Float32, ...]:

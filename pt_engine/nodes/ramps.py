@@ -1,4 +1,4 @@
-"""Colour ramps and curves: tables of 256 (257) samples, looked up as Cycles does."""
+"""Colour ramps and curves: tables of 257 samples, looked up as Cycles does."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .ir import COLOR, FLOAT, VECTOR, Value, op
 from .registry import Outputs, node
 
 Float32 = NDArray[np.float32]
-SAMPLES = 256  # of a colour ramp in Blender
+SAMPLES = 257  # of a colour ramp, as Blender hands it to Cycles
 
 Stops = tuple[tuple[float, ...], ...]
 
@@ -22,7 +22,7 @@ Stops = tuple[tuple[float, ...], ...]
 
 
 def ramp_table(mode: str, interpolation: str, stops: Stops, hue_mode: str = "NEAR") -> Float32:
-    """(4, 256) RGBA of a ramp at positions k/255."""
+    """(4, 257) RGBA of a ramp at positions k/256."""
     at = np.linspace(0, 1, SAMPLES, dtype=np.float64)
     if not stops:
         return np.zeros((4, SAMPLES), np.float32)
@@ -61,10 +61,14 @@ def _span(
 def _spline_table(
     kind: str, positions: NDArray[np.float64], colors: NDArray[np.float64], at: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Cubic through (CARDINAL, tension 0.71) or near (B_SPLINE) the stops; the ends are doubled."""
+    """Cubic through (CARDINAL, tension 0.71) or near (B_SPLINE) the stops.
+
+    The first colour also stands at 0 and the last at 1, so that the curve goes on to both ends.
+    """
+    positions = np.concatenate([[0.0], positions, [1.0]])
+    colors = np.concatenate([colors[:, :1], colors, colors[:, -1:]], axis=1)
     left, right, t = _span(positions, at)
     last = len(positions) - 1
-    inside = (at >= positions[0]) & (at < positions[-1])
     before, after = np.maximum(left - 1, 0), np.minimum(right + 1, last)
     if kind == "CARDINAL":
         f = 0.71
@@ -81,10 +85,10 @@ def _spline_table(
             ((-0.5 * t + 0.5) * t + 0.5) * t + 1 / 6,
             t * t * t / 6,
         )
-    picked = (before, left, right, after)
-    curve = sum(w * colors[:, i] for w, i in zip(weights, picked, strict=True))
-    ends = colors[:, np.where(at < positions[0], 0, last)]
-    return np.clip(np.where(inside, curve, ends), 0, 1)
+    first, second, third, fourth = (
+        w * colors[:, i] for w, i in zip(weights, (before, left, right, after), strict=True)
+    )
+    return np.clip(first + second + third + fourth, 0, 1)
 
 
 def _hue_table(

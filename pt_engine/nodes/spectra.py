@@ -138,10 +138,13 @@ CIE_1931: Final = (
     (0.0000, 0.0000, 0.0000),
 )
 XYZ_TO_REC709: Final = (
-    (3.2404542, -1.5371385, -0.4985314),
-    (-0.9692660, 1.8760108, 0.0415560),
-    (0.0556434, -0.2040259, 1.0572252),
+    (3.2409699, -1.5373832, -0.4986108),
+    (-0.9692436, 1.8759675, 0.0415551),
+    (0.0556301, -0.2039770, 1.0569715),
 )
+# The fit was made with a matrix of other rounding, (3.2404542, −1.5371385, …); Blender carries its
+# result over to the working space through both, which leaves this
+FIT_TO_REC709: Final = np.array([1.00015891, 0.99997656, 0.99975954], np.float32)[:, None]
 
 
 def blackbody_rec709(temperature: Float32) -> Float32:
@@ -158,14 +161,15 @@ def blackbody_rec709(temperature: Float32) -> Float32:
         ]
     )
     out = np.where(temperature < 800, COLDEST, out)
-    return np.where(temperature >= 12000, HOTTEST, out).astype(np.float32, copy=False)
+    out = np.where(temperature >= 12000, HOTTEST, out) * FIT_TO_REC709
+    return out.astype(np.float32, copy=False)
 
 
 def wavelength_rec709(nanometres: Float32) -> Float32:
     """(3, n) colour of wavelengths, scaled as Blender does; black outside 380 nm to 780 nm."""
     table = np.array(CIE_1931, np.float32).T
     at = (nanometres - 380) * np.float32(0.2)
-    inside = (at >= 0) & (at < 80)
+    inside = (at > -1) & (at < 80)  # Blender's rounding toward 0 lets 375 nm to 380 nm in
     at = np.where(inside, at, np.float32(0))
     low = at.astype(np.int32)
     part = at - low
