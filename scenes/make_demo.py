@@ -358,6 +358,7 @@ def main(path):
     soft_box("Key", (6.0, 6.0), 620, (1.0, 0.90, 0.78), (-5.0, -5.5, 5.5), (0, 0, 0.8))
     soft_box("Fill", (4.0, 7.0), 300, (0.72, 0.84, 1.0), (6.5, -2.5, 4.0), (0, 0, 0.8))
     path.parent.mkdir(parents=True, exist_ok=True)
+    bpy.context.preferences.filepaths.save_version = 0  # no demo.blend1
     bpy.ops.wm.save_as_mainfile(filepath=str(path.resolve()), compress=True)
 
 
