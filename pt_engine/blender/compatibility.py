@@ -6,8 +6,10 @@ import bpy
 
 ENGINE = "PT_ENGINE"
 
-# Blender marks what every engine can use with BLENDER_RENDER; these of them have no effect here:
-NOT_FOR_US = ("freestyle", "RENDER_PT_stereoscopy", "VIEWLAYER_PT_filter", "NODE_DATA_PT_light")
+# Blender marks what every engine can use with BLENDER_RENDER; these of them have no effect here, or are
+# shown better by another panel:
+NOT_FOR_US = ("freestyle", "stereoscopy", "preview", "simplify", "VIEWLAYER_PT_filter", "NODE_DATA_PT_light")
+DOUBLE = ("DATA_PT_light",)
 # and these are useful here though they are marked for EEVEE alone:
 OF_EEVEE = (
     "DATA_PT_camera_dof",
@@ -23,8 +25,8 @@ def panels():
     """Blender's panel classes to show, among those that are registered now."""
     for panel in bpy.types.Panel.__subclasses__():
         name, engines = panel.__name__, getattr(panel, "COMPAT_ENGINES", ())
-        every_engine = "BLENDER_RENDER" in engines and not any(part in name for part in NOT_FOR_US)
-        if every_engine or name in OF_EEVEE:
+        left_out = name in DOUBLE or any(part in name for part in NOT_FOR_US)
+        if ("BLENDER_RENDER" in engines and not left_out) or name in OF_EEVEE:
             yield panel
 
 

@@ -97,7 +97,7 @@ def tell_coverage(engine, coverage, strict: bool) -> None:
     if lines and strict:
         raise Refusal("strict: this scene asks for what is not rendered exactly:\n  " + "\n  ".join(lines))
     if lines:
-        warn(engine, f"{len(inexact(coverage))} findings are not rendered exactly:", lines)
+        warn(engine, f"Not rendered exactly ({len(inexact(coverage))}):", lines)
 
 
 def tell_nonfinite(engine, stats) -> None:

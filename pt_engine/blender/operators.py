@@ -49,7 +49,8 @@ class PTENGINE_OT_check_scene(bpy.types.Operator):
         record.layers[context.view_layer.name] = {"features": dict(prepared.features)}
         Session.checked = record
         number = len(inexact(prepared.coverage))
-        self.report({"INFO"}, f"{number} findings" if number else "All of it is rendered exactly")
+        text = f"Not rendered exactly: {number}" if number else "All of it is rendered exactly"
+        self.report({"INFO"}, text)
         return {"FINISHED"}
 
 

@@ -38,6 +38,16 @@ PROPERTY_PANELS = (
         ),
     ),
     ("performance", "Performance", True, ((RENDER, "threads_mode"), (RENDER, "threads"))),
+    (
+        "simplify",
+        "Simplify",
+        True,
+        (
+            (RENDER, "use_simplify"),
+            (RENDER, "simplify_subdivision_render"),
+            (RENDER, "simplify_child_particles_render"),
+        ),
+    ),
 )
 
 
@@ -78,6 +88,8 @@ def is_active(scene, prop: str) -> bool:
     """Whether a property has an effect with the others as they are."""
     if prop == "filter_width":
         return scene.pt_engine.pixel_filter not in ("FILE", "BOX")
+    if prop.startswith("simplify"):
+        return scene.render.use_simplify
     if prop == "threads":
         return scene.render.threads_mode == "FIXED"
     return True

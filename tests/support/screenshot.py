@@ -105,6 +105,7 @@ def photograph(blender, steps, picture, arguments=(), resources=None, timeout=12
             "DISPLAY": display,
             "LIBGL_ALWAYS_SOFTWARE": "1",
             "XDG_RUNTIME_DIR": tmp,
+            "TMPDIR": tmp,
             "BLENDER_USER_RESOURCES": str(resources or Path(tmp, "user")),
             "PT_SHOT_TMP": tmp,
             "PT_SHOT_STEPS": str(Path(steps).resolve()),
