@@ -137,7 +137,7 @@ def plates() -> Model:
         parts.append(Part(*plate, (0.9, 0.85, 0.75), roughness))
     parts.append(Part(*sphere((6.5, 2.0, 1.5), 1.5, 50), (0.8, 0.6, 0.3), 0.3))
     balls = [Ball((-3.75 + 2.5 * k, 4.0, 7.5), r, 200.0) for k, r in enumerate((0.05, 0.2, 0.5, 0.9))]
-    return Model(parts, balls, View((0, -22, 6.0), (0, 2, 3.4), (0, 0, 1), 0.62))
+    return Model(parts, balls, View((0, -15, 6.5), (0, 1, 2.2), (0, 0, 1), 0.7))
 
 
 def hills(n: int = 501) -> Model:
