@@ -7,9 +7,9 @@ lanes where an interpolated normal turns away from the viewer. Reflection has `w
 A model is a module with
 
     class Params(NamedTuple)                     its arrays, each (N,), (3, N), or broadcastable (1,), (3, 1)
-    eval_pdf(params, wi, wo) -> value, pdf       f·|cosθo| (3, N) or (1, N), and density (N,), both 0 for a delta lobe
+    eval_pdf(params, wi, wo) -> value, pdf       f·|cosθo| (3, N) or (1, N), density (N,); 0 for a delta lobe
     sample(params, wi, u0, u1, u2) -> BSDFSample u0 chooses the lobe, u1 and u2 the direction
-    albedo(params, cos_i) -> (N,) or (1,)        how much it reflects, roughly: guides the choice among closures
+    albedo(params, cos_i) -> (N,) or (1,)        how much it reflects, roughly: guides the choice of closure
 
 `value` is sr⁻¹. Random numbers are in [0, 1). `weight` is f·|cosθo|/pdf, in closed form where it cancels.
 """
