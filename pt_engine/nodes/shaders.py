@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
 from .graph import NodeView
-from .ir import COLOR, Value
+from .ir import COLOR, FLOAT, Const, Value, lane_op
 from .math_nodes import saturate
+from .normals import closure_normal, glossy_normal
 from .registry import shader
+from .roughness import Rough, anisotropic, glossy_alphas, isotropic, principled_alphas
 from .surface import SurfaceBuilder, is_zero
+
+Float32 = NDArray[np.float32]
+ALMOST_SMOOTH = 1e-5  # diffuse roughness below this is Lambert's law, as in Cycles
+
 
 # ------------------------------------------------------------------ structure
 
@@ -43,4 +54,146 @@ def holdout(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     n.approximate("black; it cuts no hole into the film's alpha")
 
 
-__all__ = ["COLOR"]
+# ------------------------------------------------------------------ diffuse
+
+
+def add_diffuse(
+    n: NodeView,
+    out: SurfaceBuilder,
+    weight: Value,
+    roughness: Value,
+    color: Value,
+    normal: Value | None,
+) -> None:
+    """Lambert, or Oren-Nayar where the roughness is not constantly 0; `weight` carries the colour."""
+    if isinstance(roughness, Const) and float(roughness.data[0]) < ALMOST_SMOOTH:
+        out.add("diffuse", {}, weight, normal)
+        return
+    params = {"roughness": n.call(saturate, roughness), "color": n.call(saturate_color(), color)}
+    out.add("oren_nayar", params, weight, normal)
+
+
+def saturate_color() -> Any:
+    """The op that clamps a colour (its file comes after this one's in the imports)."""
+    from .color_nodes import saturate_color as clamped
+
+    return clamped
+
+
+@shader("BsdfDiffuse", "PtDiffuse")
+def diffuse(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    color = n.color("Color", 0.8)
+    weight = n.builder.multiply(weight, color)
+    if not is_zero(weight):
+        add_diffuse(n, out, weight, n.float("Roughness"), color, closure_normal(n))
+
+
+@shader("BsdfTranslucent")
+def translucent(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    weight = n.builder.multiply(weight, n.color("Color", 0.8))
+    out.add("translucent", {}, weight, glossy_normal(n))
+
+
+@shader("SubsurfaceScattering")
+def subsurface(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    n.approximate("diffuse: light leaves where it enters")
+    out.add("diffuse", {}, n.builder.multiply(weight, n.color("Color", 0.8)), closure_normal(n))
+
+
+@shader("BsdfToon")
+def toon(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    n.approximate(
+        "diffuse without steps" if n.prop("component", "DIFFUSE") == "DIFFUSE" else "glossy without steps"
+    )
+    weight = n.builder.multiply(weight, n.color("Color", 0.8))
+    if n.prop("component", "DIFFUSE") == "DIFFUSE":
+        out.add("diffuse", {}, weight, closure_normal(n))
+    else:
+        rough = isotropic(n, name="Size")
+        out.add("conductor", rough.params(), weight, glossy_normal(n))
+
+
+@shader("BsdfHair", "BsdfHairPrincipled")
+def hair(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    n.approximate("diffuse instead of light scattered by hair")
+    out.add("diffuse", {}, n.builder.multiply(weight, n.color("Color", 0.8)))
+
+
+@shader("BsdfRayPortal")
+def ray_portal(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    n.approximate("rays pass straight on instead of through the portal")
+    out.add_transparent(n.builder.multiply(weight, n.color("Color", 1.0)))
+
+
+@shader("EeveeSpecular")
+def eevee_specular(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    n.approximate("an EEVEE node: its base colour as diffuse, and its emission")
+    b = n.builder
+    out.add("diffuse", {}, b.multiply(weight, n.color("Base Color", 0.8)), closure_normal(n))
+    out.add_emission(b.multiply(weight, n.color("Emissive Color")))
+
+
+# ------------------------------------------------------------------ glossy
+
+
+def metal_model(n: NodeView) -> str:
+    """The reflection model of a node's distribution."""
+    distribution = n.prop("distribution", "GGX")
+    if distribution == "ASHIKHMIN_SHIRLEY":
+        n.approximate("Ashikhmin-Shirley highlights are GGX's")
+    return "conductor_beckmann" if distribution == "BECKMANN" else "conductor"
+
+
+def add_gloss(n: NodeView, out: SurfaceBuilder, weight: Value, rough: Rough, **fresnel: Value) -> None:
+    """A microfacet reflection."""
+    params = rough.params() | fresnel
+    out.add(metal_model(n), params, weight, glossy_normal(n), rough.tangent, rough.is_smooth)
+
+
+@shader("BsdfGlossy", "BsdfAnisotropic")
+def glossy(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    weight = n.builder.multiply(weight, n.color("Color", 0.8))
+    if is_zero(weight):
+        return
+    rough = anisotropic(n, glossy_alphas, ("Anisotropy", "Rotation"), glossy_normal(n))
+    add_gloss(n, out, weight, rough)
+
+
+@shader("BsdfMetallic")
+def metallic(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    clamped = saturate_color()
+    rough = anisotropic(n, principled_alphas, ("Anisotropy", "Rotation"), glossy_normal(n))
+    note_thin_film(n)
+    if n.prop("fresnel_type", "F82") == "PHYSICAL_CONDUCTOR":
+        eta = n.builder.convert(n.vector("IOR", (2.757, 2.513, 2.231)), COLOR)
+        k = n.builder.convert(n.vector("Extinction", (3.867, 3.404, 3.009)), COLOR)
+        add_gloss(n, out, weight, rough, eta=eta, k=k)
+        return
+    color = n.call(clamped, n.color("Base Color", (0.617, 0.577, 0.540)))
+    tint = n.call(clamped, n.color("Edge Tint", (0.695, 0.726, 0.770)))
+    add_gloss(n, out, weight, rough, color=color, edge_tint=tint)
+
+
+def note_thin_film(n: NodeView) -> None:
+    """Thin films are not rendered yet."""
+    thickness = n.node.inputs.get("Thin Film Thickness")
+    if thickness is not None and thickness != 0:
+        n.approximate("no colours of a thin film")
+
+
+@shader("PtConductor")
+def pt_conductor(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    b = n.builder
+    eta, k = n.color("Eta", (0.2, 0.92, 1.1)), n.color("K", (3.9, 2.45, 2.14))
+    add_gloss(n, out, weight, isotropic(n, 0.0), color=n.color("Color", 1.0), eta=eta, k=k)
+
+
+# ------------------------------------------------------------------ glass
+
+
+@lane_op(FLOAT)
+def relative_index(lanes: Any, ior: Float32) -> Float32:
+    """Index of the far side over the viewer's: ior in front of the face, 1/ior behind."""
+    eta = np.maximum(ior, np.float32(1e-5))
+    out: Float32 = eta + lanes.backfacing * (1 / eta - eta)
+    return out
