@@ -22,6 +22,7 @@ Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
 
 
+TINY = np.float32(1e-30)
 HISTORY = ("pdf", "kind", "travelled", "depth", "passed")
 
 
@@ -30,8 +31,9 @@ def mis(pdf: Float32, other: Float32) -> Float32:
 
     By ratio, so that neither huge nor tiny densities overflow; an infinite `pdf` (Dirac) gets weight 1.
     """
-    ratio = other / pdf
-    weight: Float32 = 1 / (1 + ratio * ratio)
+    with np.errstate(over="ignore"):
+        ratio = other / np.maximum(pdf, TINY)
+        weight: Float32 = 1 / (1 + ratio * ratio)
     return weight
 
 
