@@ -11,8 +11,10 @@ import numpy as np
 from ..scene.snapshot import Visibility
 from . import area, sun
 from .base import FAR, Draw, Float32, Float64, Hits, Index, Kind, Lamp
+from .ellipse import Ellipses
 from .environment import Environment
 from .point import DeltaPoints, DiskLamps, SphereLamps
+from .rectangle import Rectangles
 from .spot import DeltaSpots, DiskSpots, SphereSpots
 
 POINTS: tuple[type[Kind], ...] = (DeltaPoints, DiskLamps, SphereLamps)
@@ -37,7 +39,7 @@ def sort_of(lamp: Lamp) -> type[Kind]:
     if data.kind == "AREA":
         if area.is_parallel(lamp):
             return area.RoundBeams if area.is_ellipse(lamp) else area.Beams
-        return area.Ellipses if area.is_ellipse(lamp) else area.Rectangles
+        return Ellipses if area.is_ellipse(lamp) else Rectangles
     if data.kind not in ("POINT", "SPOT"):
         raise ValueError(f"lamp {data.name!r} is of unknown kind {data.kind!r}")
     size = 0 if data.radius <= 0.0 else 1 if data.soft_falloff else 2
