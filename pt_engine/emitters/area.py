@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.vectors import dot
-from .base import FAR, NO_HITS, Draw, Float32, Float64, Hits, Index, Lamp, at, columns, scalars, unit
+from .base import NO_HITS, Draw, Float32, Float64, Hits, Index, Lamp, at, columns, scalars, unit
 
 PARALLEL = 1e-4  # rad; a smaller half spread is a parallel beam
 SMALLEST = 1e-15  # sr; densities stay below its reciprocal
@@ -131,16 +131,16 @@ class AreaLamps:
         return dim
 
     def _cross(self, row: int, o: Float32, d: Float32, t: Float32) -> Crossing:
-        """Lanes that pass the lamp's plane from its bright side before `t`."""
+        """Lanes that pass the lamp's bounding rectangle from its bright side before `t`."""
         axes, half_x, half_y = self._lamps(np.array([row]))
+        seen = see(axes, half_x, half_y, o)
         facing = -dot(d, axes.z)
-        height = dot(o, axes.z) - dot(axes.centre, axes.z)
-        front = np.flatnonzero((height > 0.0) & (height < np.minimum(t, FAR) * facing))
-        to_centre, d = axes.centre - o.take(front, axis=1), d.take(front, axis=1)
-        height = -dot(to_centre, axes.z)
-        s: Float32 = height / facing.take(front)
-        seen = Seen(dot(to_centre, axes.x), dot(to_centre, axes.y), height, half_x, half_y)
-        return Crossing(front, seen, s * dot(d, axes.x), s * dot(d, axes.y), s)
+        ahead: Float32 = np.maximum(facing, 1e-9)
+        s = np.maximum(seen.height, 0.0).astype(np.float32, copy=False) / ahead
+        x, y = s * dot(d, axes.x), s * dot(d, axes.y)
+        within = (np.abs(x - seen.x) <= half_x) & (np.abs(y - seen.y) <= half_y)
+        within &= (facing > 0.0) & (s > 0.0) & (s < t)
+        return Crossing(np.arange(s.size, dtype=np.intp), seen, x, y, s).among(within)
 
 
 class Crossing(NamedTuple):

@@ -134,8 +134,6 @@ class Rectangles(AreaLamps):
     def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
         """Where the ray crosses the rectangle from its bright side."""
         met = self._cross(row, o, d, t)
-        half_x, half_y = met.seen.half_x, met.seen.half_y
-        met = met.among((np.abs(met.x - met.seen.x) <= half_x) & (np.abs(met.y - met.seen.y) <= half_y))
         only = np.array([row])
         tan = None if self._tan is None else at(self._tan, only)
         r, lit = self._bright_part(tan, met.seen)
