@@ -1,6 +1,6 @@
 """Lambertian reflection of a perfectly white surface; its colour is the closure's weight.
 
-    f(wi, wo) = 1/π          pdf(wo) = cosθo/π          weight = f·cosθo/pdf = 1
+f(wi, wo) = 1/π          pdf(wo) = cosθo/π          weight = f·cosθo/pdf = 1
 """
 
 from __future__ import annotations

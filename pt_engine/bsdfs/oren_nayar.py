@@ -55,10 +55,10 @@ def albedo(params: Params, cos_i: Float32) -> Float32:
 
 def _reflectance(params: Params, wi: Float32, wo: Float32) -> Float32:
     """π f: (3, N)."""
-    sigma = np.minimum(np.maximum(params.roughness, 0.0), 1.0)
-    color = np.minimum(np.maximum(params.color, 0.0), 1.0)
-    a = PI / (PI + sigma * SIGMA_A)
-    b = sigma * a
+    sigma: Float32 = np.minimum(np.maximum(params.roughness, 0.0), 1.0)
+    color: Float32 = np.minimum(np.maximum(params.color, 0.0), 1.0)
+    a: Float32 = PI / (PI + sigma * SIGMA_A)
+    b: Float32 = sigma * a
     cos_i, cos_o = np.maximum(wi[2], 0.0), np.maximum(wo[2], 0.0)
     s = vectors.dot(wi, wo) - cos_i * cos_o
     forward = s > 0
@@ -66,8 +66,8 @@ def _reflectance(params: Params, wi: Float32, wo: Float32) -> Float32:
     t = s / (larger + (1.0 - larger) * ~forward)
     average = a + b * (AVERAGE_G / PI)
     missing = 1.0 - average
-    scale = color * color * (average / (missing + (missing <= 0))) / (1.0 - color * missing)
-    lost = (1.0 - _albedo(a, b, cos_i)) * (1.0 - _albedo(a, b, cos_o))
+    scale: Float32 = color * color * (average / (missing + (missing <= 0))) / (1.0 - color * missing)
+    lost: Float32 = (1.0 - _albedo(a, b, cos_i)) * (1.0 - _albedo(a, b, cos_o))
     f: Float32 = scale * lost
     f += a + b * t
     return f

@@ -1,6 +1,6 @@
 """Lambertian transmission: diffuse light on the other side. Its colour is the closure's weight.
 
-    f(wi, wo) = 1/π for cosθo < 0          pdf(wo) = |cosθo|/π          weight = 1
+f(wi, wo) = 1/π for cosθo < 0          pdf(wo) = |cosθo|/π          weight = 1
 """
 
 from __future__ import annotations

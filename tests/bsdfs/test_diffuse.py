@@ -68,7 +68,7 @@ def test_dark_oren_nayar_loses_energy_and_roughness_0_is_lambert() -> None:
 @settings(max_examples=50, deadline=None)
 @given(st.floats(0, 1), st.floats(0.001, 1), st.floats(0.001, 1), st.floats(0, 7))
 def test_oren_nayar_is_reciprocal(roughness: float, cos_i: float, cos_o: float, phi: float) -> None:
-    """f(wi, wo) = f(wo, wi), the value being f·|cosθo|. t divides a rounded difference by a cosine ≥ 0.001."""
+    """f(wi, wo) = f(wo, wi), the value being f·cosθo. t divides a rounded difference by a cosine ≥ 0.001."""
     params = oren_nayar.Params(f32(roughness), f32(0.9, 0.5, 0.1))
     wi, wo = direction(cos_i), direction(cos_o, phi)
     there, back = (oren_nayar.eval_pdf(params, a, b)[0] / b[2] for a, b in ((wi, wo), (wo, wi)))

@@ -1,0 +1,141 @@
+"""Fresnel reflectance: how much of the light an ideally smooth interface sends back.
+
+Dielectric, relative index η (far side over near side), c = cosθi, g = η cosθt = √((η−1)(η+1) + c²):
+
+    r_s = (c − g)/(c + g) = −d/(c + g)²            d = (η − 1)(η + 1)
+    r_p = (η²c − g)/(η²c + g) = d((η² + 1)c² − 1)/(η²c + g)²            F = (r_s² + r_p²)/2
+
+The right-hand forms have no difference of nearly equal numbers: they hold their digits for η → 1 and at
+grazing angles. Under total reflection F = 1.
+
+Conductor, index η + ik: Born and Wolf, Principles of Optics (7th ed.), 14.4.1.
+
+F82-tint: Kutz, Hašan, Edmondson 2021, "Novel aspects of the Adobe Standard Material":
+F = Schlick(c) − b c (1 − c)⁶, with b such that F(c = 1/7) is Schlick's value times the tint.
+
+Averages over the hemisphere, F_avg = 2∫ F(c) c dc, serve the energy that single scattering misses.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .base import Float32
+
+TINY = 1e-37
+F82_SCHLICK = (6.0 / 7.0) ** 5  # (1 − c)⁵ at c = 1/7
+F82_SCALE = 7.0 / (6.0 / 7.0) ** 6  # 1 / (c (1 − c)⁶) at c = 1/7
+
+
+def dielectric(cos_i: Float32, eta: Float32) -> tuple[Float32, Float32]:
+    """Unpolarised reflectance and g = η cosθt (0 under total reflection).
+
+    Parameters
+    ----------
+    cos_i : (N,) float32
+        Against the interface's normal, ≥ 0.
+    eta : (N,) or (1,) float32
+        Relative index, > 0.
+    """
+    d = (eta - 1.0) * (eta + 1.0)
+    cos2 = cos_i * cos_i
+    g2 = d + cos2
+    total = g2 <= 0
+    d = d * ~total
+    g = np.sqrt(np.maximum(g2, 0.0))
+    eta2 = eta * eta
+    s = cos_i + g
+    p = eta2 * cos_i + g
+    s = d / (s * s + TINY)
+    p = d * ((eta2 + 1.0) * cos2 - 1.0) / (p * p + TINY)
+    s *= s
+    p *= p
+    s += p
+    reflectance: Float32 = np.minimum(0.5 * s + total, 1.0)
+    return reflectance, g
+
+
+def normal_incidence(eta: Float32) -> Float32:
+    """F(0°) = ((η − 1)/(η + 1))²."""
+    r: Float32 = (eta - 1.0) / (eta + 1.0)
+    return r * r
+
+
+def index_of(f0: Float32) -> Float32:
+    """The index η ≥ 1 whose reflectance at normal incidence is `f0` (at most 0.99)."""
+    root: Float32 = np.sqrt(np.minimum(np.maximum(f0, 0.0), 0.99))
+    index: Float32 = (1.0 + root) / (1.0 - root)
+    return index
+
+
+def dielectric_average(eta: Float32) -> Float32:
+    """Hemispherical average: fits of Kulla and Conty 2017, "Revisiting Physically Based Shading"."""
+    above = (eta >= 1.0).astype(eta.dtype)
+    outside: Float32 = (eta - 1.0) / (4.08567 + 1.00071 * eta)
+    inner: Float32 = np.minimum(eta, 1.0)
+    inside: Float32 = 0.997118 + inner * (0.1014 - inner * (0.965241 + inner * 0.130607))
+    average: Float32 = above * outside + (1.0 - above) * inside
+    return average
+
+
+def schlick(cos_i: Float32, f0: Float32) -> Float32:
+    """F0 + (1 − F0)(1 − c)⁵."""
+    m: Float32 = np.maximum(1.0 - cos_i, 0.0)
+    m2 = m * m
+    rise: Float32 = m2 * m2 * m
+    f: Float32 = f0 + (1.0 - f0) * rise
+    return f
+
+
+def f82_slope(f0: Float32, tint: Float32) -> Float32:
+    """b of the F82-tint model: (3, N)."""
+    b: Float32 = (f0 + (1.0 - f0) * F82_SCHLICK) * (1.0 - tint) * F82_SCALE
+    return b
+
+
+def f82(cos_i: Float32, f0: Float32, b: Float32) -> Float32:
+    """Schlick(c) − b c (1 − c)⁶, within [0, 1]: (3, N)."""
+    m: Float32 = np.maximum(1.0 - cos_i, 0.0)
+    m2 = m * m
+    m5 = m2 * m2 * m
+    f = f0 + (1.0 - f0) * m5
+    f -= b * (cos_i * m5 * m)
+    clipped: Float32 = np.minimum(np.maximum(f, 0.0), 1.0)
+    return clipped
+
+
+def f82_average(f0: Float32, b: Float32) -> Float32:
+    """2∫ F c dc = F0 + (1 − F0)/21 − b/126."""
+    average: Float32 = f0 + (1.0 - f0) * (1.0 / 21.0) - b * (1.0 / 126.0)
+    return average
+
+
+def conductor(cos_i: Float32, eta: Float32, k: Float32) -> Float32:
+    """Unpolarised reflectance against index η + ik, all (3, N) or broadcastable."""
+    cos2 = cos_i * cos_i
+    eta2, k2 = eta * eta, k * k
+    ek = eta * k
+    t1 = (eta - 1.0) * (eta + 1.0) - k2 + cos2
+    t2 = np.sqrt(t1 * t1 + 4.0 * (ek * ek))
+    # u + iv = √(t1 + 2iηk): the larger part by the root, the smaller from u v = ηk, which cannot cancel
+    larger = np.sqrt(0.5 * (t2 + np.abs(t1)))
+    smaller = ek / (larger + TINY)
+    positive = t1 >= 0
+    u = np.minimum(larger, smaller) + positive * np.abs(larger - smaller)
+    v = larger + smaller - u
+    v2 = v * v
+    s = ((cos_i - u) ** 2 + v2) / ((cos_i + u) ** 2 + v2 + TINY)
+    t3 = (eta2 - k2) * cos_i
+    t4 = 2.0 * ek * cos_i
+    p = ((t3 - u) ** 2 + (t4 - v) ** 2) / ((t3 + u) ** 2 + (t4 + v) ** 2 + TINY)
+    f: Float32 = 0.5 * (s + p)
+    return f
+
+
+def conductor_average(eta: Float32, k: Float32) -> Float32:
+    """Hemispherical average, by the F82 model through the values at 0° and cosθ = 1/7 (as Cycles)."""
+    f0 = conductor(np.ones(1, np.float32), eta, k)
+    f82_value = conductor(np.full(1, 1.0 / 7.0, np.float32), eta, k)
+    b = (f0 + (1.0 - f0) * F82_SCHLICK - f82_value) * F82_SCALE
+    average: Float32 = np.clip(f82_average(f0, b), 0.0, 1.0)
+    return average
