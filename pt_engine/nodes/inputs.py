@@ -238,6 +238,8 @@ def geometry(n: NodeView) -> Outputs:
     out: dict[str, Value | None] = {
         name: n.call(what, static=static) for name, (what, static) in table.items() if name in wanted
     }
+    if n.reader.world:
+        out["Tangent"] = n.constant(0.0, VECTOR)
     if "Pointiness" in wanted:
         n.ignored("Pointiness is not known: flat (0.5) everywhere")
         out["Pointiness"] = n.constant(0.5, FLOAT)
@@ -340,6 +342,8 @@ def rgb_node(n: NodeView) -> Outputs:
 
 @node("Tangent")
 def tangent_node(n: NodeView) -> Outputs:
+    if n.reader.world:
+        return {"Tangent": n.constant(0.0, VECTOR)}
     if n.prop("direction_type", "RADIAL") == "UV_MAP":
         n.approximate("uv tangents are per triangle, not smoothed over vertices")
         return {"Tangent": n.call(uv_tangent, static=(str(n.prop("uv_map", "")),))}

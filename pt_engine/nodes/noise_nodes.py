@@ -108,11 +108,13 @@ def _phase(kind: str, direction: str, p: Float32) -> Float32:
     x, y, z = p
     if kind == "BANDS":
         bands = {"X": x * 20, "Y": y * 20, "Z": z * 20}
-        return bands[direction] if direction in bands else (x + y + z) * 10
+    root: Float32 = np.sqrt(total)
+    return root * 20
     squares = [c * c for c, axis in zip((x, y, z), "XYZ", strict=True) if axis != direction]
-    total = squares[0] + squares[1]
-    out: Float32 = np.sqrt(total + squares[2] if len(squares) == 3 else total) * 20
-    return out
+    total: Float32 = squares[0] + squares[1]
+    if len(squares) == 3:
+        total = total + squares[2]
+    return np.sqrt(total) * np.float32(20)
 
 
 @op(FLOAT)

@@ -67,7 +67,7 @@ def usable(n: Float32, fallback: Float32) -> Float32:
 @node("NormalMap")
 def normal_map_node(n: NodeView) -> Outputs:
     strength = n.float("Strength", 1.0)
-    if is_zero(strength):
+    if is_zero(strength) or n.reader.world:
         return {"Normal": None}
     space, color = str(n.prop("space", "TANGENT")), n.color("Color", (0.5, 0.5, 1.0))
     flip = n.prop("convention", "OPENGL") == "DIRECTX"
@@ -81,30 +81,7 @@ def normal_map_node(n: NodeView) -> Outputs:
 # ------------------------------------------------------------------ Bump
 
 
-def offsets(lanes: Any) -> tuple[Float32, Float32]:
-    """The two steps dx, dy (3, n) along the face that Bump takes its differences over.
-
-    Lanes that know their ray's footprint say so (`bump_offsets`); else a small part of the distance to
-    the viewer, which is about a pixel's footprint at usual resolutions.
-    """
-    known = getattr(lanes, "bump_offsets", None)
-    if known is not None:
-        dx, dy = known()
-        return dx, dy
-    n = lanes.ng
-    a = np.stack([n[2] - n[1], n[0] - n[2], n[1] - n[0]])
-    size = vectors.length(a)
-    poor = size < 1e-3
-    a = a / (size + poor) * ~poor + poor * np.array([1, -1, 0], np.float32)[:, None] * np.float32(0.5**0.5)
-    b = vectors.cross(n, a)
-    step = STEP * np.minimum(lanes.ray_length, np.float32(1e6))
-    return a * step, b * step
-
-
-STEP = np.float32(1e-4)
-
-
-@lane_op(VECTOR)
+@lane_op(VECTOR, reads="position")
 def bump(
     lanes: Any,
     invert: bool,
@@ -121,7 +98,7 @@ def bump(
     (Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU"; filter width 1).
     """
     n = normal[0] if normal else lanes.ns
-    dx, dy = offsets(lanes)
+    dx, dy = lanes.bump_steps
     rx, ry = vectors.cross(dy, n), vectors.cross(n, dx)
     det = vectors.dot(dx, rx)
     gradient = (height_x - height) * rx + (height_y - height) * ry
@@ -136,7 +113,7 @@ def bump(
 def bump_node(n: NodeView) -> Outputs:
     normal = n.optional("Normal")
     strength, distance = n.float("Strength", 1.0), n.float("Distance", 0.1)
-    if n.linked("Height") is None or is_zero(strength) or is_zero(distance):
+    if n.linked("Height") is None or is_zero(strength) or is_zero(distance) or n.reader.world:
         return {"Normal": normal}
     n.approximate("height differences over a fixed small step instead of the pixel's footprint")
     heights: list[Value] = [n.shifted_float("Height", shift) for shift in (0, 1, 2)]

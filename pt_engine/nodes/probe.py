@@ -6,6 +6,7 @@ their program over this sheet is it.
 
 from __future__ import annotations
 
+import copy
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from .batch import Batch
 
 Float32 = NDArray[np.float32]
+STEP = np.float32(1e-3)
 
 
 class ProbeLanes:
@@ -81,8 +83,16 @@ class ProbeLanes:
     def object_location(self) -> Float32:
         return np.zeros((3, self.n), np.float32)
 
+    @property
+    def bump_steps(self) -> tuple[Float32, Float32]:
+        x, y = np.zeros((3, self.n), np.float32), np.zeros((3, self.n), np.float32)
+        x[0], y[1] = STEP, STEP
+        return x, y
+
     def shifted(self, axis: int) -> ProbeLanes:
-        return self
+        out = copy.copy(self)
+        out.position = out.p = self.position + self.bump_steps[axis - 1]
+        return out
 
 
 def sheet(side: int = 16) -> Float32:

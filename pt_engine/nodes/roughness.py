@@ -59,8 +59,8 @@ def glossy_alphas(roughness: Float32, anisotropy: Float32) -> tuple[Float32, Flo
 @op(FLOAT, FLOAT)
 def principled_alphas(roughness: Float32, anisotropic: Float32) -> tuple[Float32, Float32]:
     """Principled's and Metallic's: α/s and α·s, s = √(1 − 0.9 a)."""
-    alpha = np.clip(roughness, 0, 1) ** 2
-    aspect = np.sqrt(1 - np.clip(anisotropic, 0, 1) * np.float32(0.9))
+    alpha: Float32 = np.clip(roughness, 0, 1) ** 2
+    aspect: Float32 = np.sqrt(1 - np.clip(anisotropic, 0, 1) * np.float32(0.9))
     return alpha / aspect, alpha * aspect
 
 

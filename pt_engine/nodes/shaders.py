@@ -183,7 +183,6 @@ def note_thin_film(n: NodeView) -> None:
 
 @shader("PtConductor")
 def pt_conductor(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    b = n.builder
     eta, k = n.color("Eta", (0.2, 0.92, 1.1)), n.color("K", (3.9, 2.45, 2.14))
     add_gloss(n, out, weight, isotropic(n, 0.0), color=n.color("Color", 1.0), eta=eta, k=k)
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..core import vectors
 from .accel import Hits
 from .geometry import BOUND, EMITTER, INSTANCE, NORMAL, PLANE, Geometry
+from .moved import moved, steps
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -79,15 +80,17 @@ class Surface:
         """(N,) ray length."""
         return self._hits.t.take(self._lanes)
 
+    moved_uv: tuple[Float32, Float32] | None = None  # set where the points were moved along their faces
+
     @property
     def u(self) -> Float32:
         """(N,) weight of the triangle's corner 1."""
-        return self._hits.u.take(self._lanes)
+        return self._hits.u.take(self._lanes) if self.moved_uv is None else self.moved_uv[0]
 
     @property
     def v(self) -> Float32:
         """(N,) weight of the triangle's corner 2."""
-        return self._hits.v.take(self._lanes)
+        return self._hits.v.take(self._lanes) if self.moved_uv is None else self.moved_uv[1]
 
     @property
     def surface(self) -> NDArray[np.integer]:
@@ -221,6 +224,15 @@ class Lanes:
     def barycentric(self) -> Float32:
         """(2, n) weights of the triangle's corners 1 and 2."""
         return np.stack([self.si.u, self.si.v])
+
+    @cached_property
+    def bump_steps(self) -> tuple[Float32, Float32]:
+        """Two small steps (3, n) along the faces, for Bump."""
+        return steps(self)
+
+    def shifted(self, axis: int) -> Lanes:
+        """The lanes one step along; `axis` 1 or 2. Needs the "position" layer."""
+        return moved(self, self.bump_steps[axis - 1])
 
     def object_random(self) -> Float32:
         """(n,) Object Info's Random."""

@@ -115,6 +115,8 @@ def shading_layers(
             layers["uv", name] = uv_layer(snapshot, geometry, name)
             if kind == "tangent":
                 layers["position", ""] = position_layer(snapshot, geometry)
+        elif kind == "position":
+            layers["position", ""] = position_layer(snapshot, geometry)
         elif kind == "color":
             layers["color", name] = color_layer(snapshot, geometry, name)
         elif kind == "generated":

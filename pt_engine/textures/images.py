@@ -159,7 +159,7 @@ def associate(rgba: NDArray[Any], image: ImageData) -> NDArray[Any]:
 def read(image: ImageData) -> NDArray[Any]:
     """(H, W, 4) uint8 or float32, bottom row first, as the file has it."""
     if image.pixels is not None:
-        return image.pixels
+        return _as_bytes(image.pixels) if image.colorspace in colorspace.SRGB else image.pixels
     if image.encoded is None:
         raise ImageError(f"{image.name}: {image.problem or 'the file is missing'}")
     path = _temporary_file(image.encoded, image.suffix)
@@ -167,6 +167,14 @@ def read(image: ImageData) -> NDArray[Any]:
         return _read_file(path, image.name)
     finally:
         os.unlink(path)
+
+
+def _as_bytes(pixels: Float32) -> NDArray[Any]:
+    """Pixels back as the bytes they were made of, where they were (painted and generated images)."""
+    scaled = np.nan_to_num(pixels) * np.float32(255)
+    rounded = np.round(scaled)
+    whole = (np.abs(scaled - rounded) < 0.01).all() and rounded.min() >= 0 and rounded.max() <= 255
+    return rounded.astype(np.uint8) if whole else pixels
 
 
 def _temporary_file(data: UInt8, suffix: str) -> str:

@@ -1,0 +1,56 @@
+"""Lanes a small step along their faces, for Bump's differences of height."""
+
+from __future__ import annotations
+
+import copy
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core import vectors
+
+if TYPE_CHECKING:
+    from .lanes import Lanes
+
+Float32 = NDArray[np.float32]
+
+STEP = np.float32(1e-4)  # of the ray's length: a tenth of a pixel's footprint at usual sizes
+LONGEST = np.float32(1e6)
+DIAGONAL: Float32 = np.array([[0.5**0.5], [-(0.5**0.5)], [0]], np.float32)
+
+
+def steps(lanes: Lanes) -> tuple[Float32, Float32]:
+    """Two steps (3, n) along the face, at right angles, and with `ng` a right-handed frame."""
+    n = lanes.ng
+    a: Float32 = np.stack([n[2] - n[1], n[0] - n[2], n[1] - n[0]])  # (1, 1, 1) × n
+    size = vectors.length(a)
+    poor = (size < 1e-3).astype(np.float32)
+    a = a * ((1 - poor) / (size + poor)) + poor * DIAGONAL
+    length = STEP * np.minimum(lanes.ray_length, LONGEST)
+    return a * length, vectors.cross(n, a) * length
+
+
+def moved(lanes: Lanes, step: Float32) -> Lanes:
+    """The lanes with positions and barycentrics changed by a world-space step in their triangles' planes.
+
+    du e1 + dv e2 = step in object space, so du = (step × e2)·n / n² and dv = (e1 × step)·n / n² with
+    n = e1 × e2.
+    """
+    si = lanes.si
+    a, b, c = lanes.scene.layer("position", "").corners(si.prim, si.instance)
+    e1, e2 = b - a, c - a
+    n = vectors.cross(e1, e2)
+    area = vectors.dot(n, n)
+    scale = (area > 0) / (area + (area == 0))
+    inside = lanes.to_object_vector(step)
+    there = copy.copy(si)
+    there.p = si.p + step
+    there.moved_uv = (
+        si.u + vectors.dot(vectors.cross(inside, e2), n) * scale,
+        si.v + vectors.dot(vectors.cross(e1, inside), n) * scale,
+    )
+    out = copy.copy(lanes)
+    out.__dict__.pop("ns", None)
+    out.si, out.p = there, there.p
+    return out
