@@ -35,7 +35,9 @@ class Direct(Integrator):
         radiance = path.L.copy()
 
         order, spans = sorted_by_batch(scene.batch(found), scene.dead)
-        lit = order[: spans[-1][1].stop if spans else 0]
+        if not spans:
+            return radiance
+        lit = order[: spans[-1][1].stop]
         path, si = path.take(lit), scene.surface(rays, found, lit)
         bsdf = scene.shade(si, path, spans)
         path.L = 0

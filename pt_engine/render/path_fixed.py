@@ -31,7 +31,9 @@ class PathFixed(Integrator):
             if bounce == self.max_depth - 1:
                 break
             order, spans = sorted_by_batch(scene.batch(found), scene.dead)
-            alive = spans[-1][1].stop if spans else 0
+            if not spans:
+                break
+            alive = spans[-1][1].stop
             path, si = path.take(order), scene.surface(rays, found, order[:alive])
             here = path.part(slice(0, alive))
             bsdf, random = scene.shade(si, here, spans), here.sampler(sampler)

@@ -82,6 +82,9 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         path.pdf = np.full(n, np.inf, np.float32)
         path.tracked, path.bounces = tracked, 0
         path._reset_history()
+        if tracked:
+            for name in HISTORY:
+                setattr(path, name, getattr(path, name).copy())
         return path
 
     def _reset_history(self) -> None:

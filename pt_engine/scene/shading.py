@@ -8,6 +8,7 @@ and pdf and value are those of the sum, so multiple importance sampling stays ex
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -59,23 +60,37 @@ class Scattered(NamedTuple):
 
 
 class LocalFrame:
-    """A shading frame per lane, with `wi` in it."""
+    """A shading frame per lane, with `wi` in it; computed only for models that need one."""
 
     def __init__(self, normal: Float32, wi: Float32, tangent: Float32 | None) -> None:
-        self.n = normal
-        self.s, self.t = frames.frame(normal) if tangent is None else frames.from_tangent(normal, tangent)
-        self.wi = frames.to_local(self.s, self.t, normal, wi)
+        self.n, self._wi, self._tangent = normal, wi, tangent
+
+    @cached_property
+    def axes(self) -> tuple[Float32, Float32]:
+        """The two tangents, (3, N) each."""
+        if self._tangent is None:
+            return frames.frame(self.n)
+        return frames.from_tangent(self.n, self._tangent)
+
+    @cached_property
+    def wi(self) -> Float32:
+        """(3, N) the viewer's direction in the frame."""
+        wi = self.local(self._wi)
         # an interpolated normal may turn away from the viewer by a hair: look along the surface then
-        np.maximum(self.wi[2], GRAZING, out=self.wi[2])
+        np.maximum(wi[2], GRAZING, out=wi[2])
+        return wi
 
     def local(self, w: Float32) -> Float32:
-        return frames.to_local(self.s, self.t, self.n, w)
+        """World to frame."""
+        return frames.to_local(*self.axes, self.n, w)
 
     def world(self, w: Float32) -> Float32:
-        return frames.to_world(self.s, self.t, self.n, w)
+        """Frame to world."""
+        return frames.to_world(*self.axes, self.n, w)
 
     def world_at(self, w: Float32, index: NDArray[np.intp]) -> Float32:
-        s, t, n = (axis.take(index, axis=1) for axis in (self.s, self.t, self.n))
+        """Frame to world, of some lanes."""
+        s, t, n = (axis.take(index, axis=1) for axis in (*self.axes, self.n))
         return frames.to_world(s, t, n, w)
 
 
@@ -112,19 +127,31 @@ class SliceBSDF:
 
     def eval_pdf(self, wo: Float32) -> tuple[Float32, Float32]:
         """f·|cosθo| and pdf of world directions `wo`, of all closures together."""
+        local: dict[int, Float32] = {}
+        parts = [self._eval_closure(k, wo, local) for k in range(len(self.closures))]
+        if len(parts) == 1:
+            return parts[0]
         value = np.zeros((3, self.lanes.n), np.float32)
         pdf = np.zeros(self.lanes.n, np.float32)
-        local: dict[int, Float32] = {}
-        for closure, frame, share in zip(self.closures, self.frames, self.shares, strict=True):
-            if id(frame) not in local:
-                local[id(frame)] = frame.local(wo)
-            f, p = closure.bsdf.eval_pdf(closure.params, frame.wi, local[id(frame)])
-            if self.bent:
-                valid = self._same_side(wo, local[id(frame)][2])
-                f, p = f * valid, p * valid
-            value += closure.weight * f
+        for (f, p), share in zip(parts, self.shares, strict=True):
+            value += f
             pdf += share * p
         return value, pdf
+
+    def _eval_closure(self, k: int, wo: Float32, local: dict[int, Float32]) -> tuple[Float32, Float32]:
+        closure, frame = self.closures[k], self.frames[k]
+        if hasattr(closure.bsdf, "eval_pdf_about"):
+            cos_o = vectors.dot(frame.n, wo)
+            f, p = closure.bsdf.eval_pdf_about(closure.params, cos_o)
+        else:
+            if id(frame) not in local:
+                local[id(frame)] = frame.local(wo)
+            cos_o = local[id(frame)][2]
+            f, p = closure.bsdf.eval_pdf(closure.params, frame.wi, local[id(frame)])
+        if self.bent:
+            valid = self._same_side(wo, cos_o)
+            f, p = f * valid, p * valid
+        return closure.weight * f, p
 
     def _same_side(self, wo: Float32, cos_o: Float32, ng: Float32 | None = None) -> NDArray[np.bool_]:
         """Whether wo leaves on the side of the true surface that the shading frame says it does."""
@@ -146,11 +173,15 @@ class SliceBSDF:
 
     def _sample_only(self, u: Float32, out: Scattered) -> None:
         closure, frame = self.closures[0], self.frames[0]
-        s = closure.bsdf.sample(closure.params, frame.wi, u[0], u[1], u[2])
-        out.wo[:] = frame.world(s.wo)
+        if hasattr(closure.bsdf, "sample_about"):
+            s, cos_o = closure.bsdf.sample_about(closure.params, frame.n, u[1], u[2])
+            out.wo[:] = s.wo
+        else:
+            s = closure.bsdf.sample(closure.params, frame.wi, u[0], u[1], u[2])
+            out.wo[:], cos_o = frame.world(s.wo), s.wo[2]
         np.multiply(s.weight, closure.weight, out=out.weight)
         if self.bent:
-            out.weight *= self._same_side(out.wo, s.wo[2]) | _passes(s.lobe)
+            np.multiply(out.weight, self._same_side(out.wo, cos_o) | _passes(s.lobe), out=out.weight)
         out.lobe[:] = s.lobe
         out.pdf[:] = s.pdf
         _mark_dirac(out)
@@ -178,9 +209,8 @@ class SliceBSDF:
         value, pdf = self.eval_pdf(out.wo)
         dirac = (out.lobe & Lobe.DELTA) != 0
         smooth = (pdf > 0) & ~dirac & (vectors.max3(dirac_weight) > 0)
+        np.multiply(dirac_weight, dirac, out=out.weight)
         np.divide(value, pdf, out=out.weight, where=smooth)
-        out.weight *= smooth
-        out.weight += dirac_weight * dirac
         out.pdf[:] = pdf
         _mark_dirac(out)
 

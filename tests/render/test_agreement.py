@@ -63,7 +63,7 @@ def test_emitter_sampling_cannot_see_a_light_in_a_mirror():
     """The second: an ideal mirror reflects no sampled emitter; BSDF sampling and MIS see it."""
     floor_mirror = (make.quad(4.0), UP, MIRROR)
     lamp = (make.quad(1.0), make.translation(0, 0, 1.0), make.emission(5.0))
-    snapshot = make.scene([floor_mirror, lamp], make.perspective((0.0, -1.2, 0.6), (0, 0, 0), 0.05))
+    snapshot = make.scene([floor_mirror, lamp], make.perspective((0.0, -0.15, 0.6), (0, 0, 0), 0.05))
     blind, bsdf, both = (
         make.rendered(snapshot, 8, samples=16, integrator=name)
         for name in ("direct_emitter", "direct_bsdf", "direct_mis")

@@ -27,10 +27,10 @@ def lamp_at(height: float, **more) -> LightData:
 
 @pytest.mark.parametrize("integrator", ["direct_emitter", "direct_mis", "path"])
 def test_point_light_over_a_plane(integrator):
-    """E = I / h², I = Φ / (4π) · 1/π·…: Blender's point lamp of Φ watts has I = Φ / (4π²) W·sr⁻¹; L = ρ E / π."""
+    """E = I / h² with I = Φ / (4π) for a lamp of Φ watts; L = ρ E / π."""
     h, power = 2.0, 100.0
     snapshot = lit_plane(lamp_at(h, kind="POINT", power=power))
-    expected = ALBEDO / np.pi * power / (4 * np.pi**2) / h**2
+    expected = ALBEDO / np.pi * power / (4 * np.pi) / h**2
     # the patch is 0.02 wide: cos³ falls by less than 2e-5 at its edge
     result = make.rendered(snapshot, 4, samples=4, integrator=integrator, max_depth=2)
     assert_within_standard_errors(result, expected, relative=1e-4)
