@@ -107,9 +107,9 @@ def _phase(kind: str, direction: str, p: Float32) -> Float32:
     """20 times the distance along the bands or from the rings' axis."""
     x, y, z = p
     if kind == "BANDS":
-        bands = {"X": x * 20, "Y": y * 20, "Z": z * 20}
-    root: Float32 = np.sqrt(total)
-    return root * 20
+        bands: dict[str, Float32] = {"X": x * 20, "Y": y * 20, "Z": z * 20}
+        diagonal: Float32 = (x + y + z) * 10
+        return bands.get(direction, diagonal)
     squares = [c * c for c, axis in zip((x, y, z), "XYZ", strict=True) if axis != direction]
     total: Float32 = squares[0] + squares[1]
     if len(squares) == 3:
