@@ -83,7 +83,7 @@ def brick(
         shift = select(row % np.int32(offset_every) == 0, width * np.float32(offset), np.float32(0))
     along = p[0] + shift
     column = np.floor(divide(along, width)).astype(np.int32)
-    x, y = along - width * column, p[1] - height * row
+    x, y = along - width * column.astype(np.float32), p[1] - height * row.astype(np.float32)
     number = (row.astype(np.uint32) << np.uint32(16)) + (column.astype(np.uint32) & np.uint32(0xFFFF))
     tint = np.clip(brick_noise(number) + bias, 0, 1)
     edge = np.minimum(np.minimum(x, y), np.minimum(width - x, height - y))

@@ -147,7 +147,7 @@ class Table:
         if not smooth:
             return np.ascontiguousarray(a)
         b = self.rows.take(low + 1, axis=0, mode="clip").T
-        out: Float32 = a + (x - low) * (b - a)
+        out: Float32 = a + (x - low.astype(np.float32)) * (b - a)
         return out
 
 
@@ -179,7 +179,7 @@ def curve(table: Table, channel: int, low: float, high: float, extend: bool, x: 
     at = np.fmin(np.fmax(f, 0), 1) * np.float32(last)
     i = at.astype(np.int32)
     a = column.take(i)
-    out: Float32 = a + (at - i) * (column.take(i + 1, mode="clip") - a)
+    out: Float32 = a + (at - i.astype(np.float32)) * (column.take(i + 1, mode="clip") - a)
     if extend:
         first_slope = (column[1] - column[0]) * np.float32(last)
         last_slope = (column[-1] - column[-2]) * np.float32(last)
