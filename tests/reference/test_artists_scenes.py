@@ -23,6 +23,6 @@ def test_renders_and_agrees(case):
     assert found.statistics["nonfinite"]["count"] == 0
     assert found.images[0][..., :3].max() > 0
     if case.matches or not found.gaps:
-        assert found.agreement.agrees(TOLERANCE), found.agreement
+        assert found.agreement.agrees(TOLERANCE), str(found.agreement)
     else:
-        assert found.agreement.error < TOLERANCE or case.cause, found.agreement
+        assert found.agreement.error < TOLERANCE or case.cause, str(found.agreement)

@@ -22,7 +22,7 @@ def test_mitsubas_cornell_box():
     folder = folder_or_skip("mitsuba") / "mi-cornell-box"
     references = tuple(read_exr(folder / name) for name in ("reference.exr", "reference2.exr"))
     agreement = compare(ours(load_json(folder / "scene.json"), 64, 8), references)
-    assert agreement.agrees(tolerance=0.005), agreement
+    assert agreement.agrees(tolerance=0.005), str(agreement)
 
 
 def reduced(image, width, height):
@@ -61,4 +61,4 @@ def test_agrees_with_mitsuba(name):
     depth = content["integrator"]["max_depth"]
     theirs = tuple(rendered_by_mitsuba(content, samples, seed) for seed in (0, 1))
     agreement = compare(ours(content, samples, depth), theirs, grid=(8, 6))
-    assert agreement.agrees(tolerance=0.005), agreement
+    assert agreement.agrees(tolerance=0.005), str(agreement)

@@ -17,4 +17,4 @@ TOLERANCE = 0.01  # RMS over cells beyond noise; a scene fails only if the noise
 def test_agrees_with_cycles(name, tmp_path):
     SCENES[name]()
     agreement = compare(by_engine(SAMPLES, SIZE), by_cycles(SAMPLES, SIZE, tmp_path), grid=(8, 6))
-    assert agreement.agrees(TOLERANCE), agreement
+    assert agreement.agrees(TOLERANCE), str(agreement)
