@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+
 import bpy
 
 from . import compatibility, object_panels, operators, panels, plugins, preferences, properties
@@ -10,18 +12,29 @@ from .engine import PTEngine
 PARTS = (properties, operators, panels, object_panels, compatibility, preferences)
 
 
+def registered() -> bool:
+    """Whether this Blender knows the engine."""
+    return getattr(bpy.types.Scene, "pt_engine", None) is not None
+
+
 def register() -> None:
     """Once; a second call does nothing."""
-    if getattr(bpy.types.Scene, "pt_engine", None) is not None:
+    if registered():
         return
     bpy.utils.register_class(PTEngine)
     for part in PARTS:
         part.register()
     plugins.install_short_name()
+    if bpy.app.module:
+        # as a Python module, Blender 4.5 does not get out of its own shutdown with classes registered
+        atexit.register(unregister)
 
 
 def unregister() -> None:
     """Leave Blender as it was."""
+    atexit.unregister(unregister)
+    if not registered():
+        return
     plugins.remove_short_name()
     for part in reversed(PARTS):
         part.unregister()

@@ -15,7 +15,7 @@ from support.engine_scene import (
     observed,
     rendered,
 )
-from support.exr import parts, pixels
+from support.exr import layers, pixels
 
 from pt_engine.blender import plugins
 from pt_engine.blender.record import Session
@@ -90,10 +90,10 @@ def test_each_view_layer_gets_its_own_picture(scene, tmp_path):
     second.layer_collection.children["Hidden"].exclude = True
     exr(scene, tmp_path / "layers.exr", multilayer=True)
     bpy.ops.render.render(write_still=True)
-    layers = {names[0].split(".")[0]: image for names, image in parts(tmp_path / "layers.exr").items()}
-    assert set(layers) >= {"ViewLayer", "Without"}
+    found = layers(tmp_path / "layers.exr")
+    assert set(found) == {"ViewLayer", "Without"}
     centre = HEIGHT // 2, WIDTH // 2
-    assert layers["ViewLayer"][centre][:3].max() > 4 * layers["Without"][centre][:3].max() > 0
+    assert found["ViewLayer"][centre][:3].max() > 4 * found["Without"][centre][:3].max() > 0
     assert list(Session.last.layers) == ["ViewLayer", "Without"]
     statistics = Session.last.statistics()
     each = [layer["seconds"]["render"] for layer in statistics["layers"].values()]

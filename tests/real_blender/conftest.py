@@ -64,6 +64,7 @@ scene.pt_engine.samples = 4
 scene.pt_engine.max_depth = 4
 scene.frame_start, scene.frame_end = 1, 2
 cube = bpy.data.objects["Cube"]
+cube.data.materials.clear()  # the default grey: these tests are about Blender, not about shading
 for frame, x in ((1, -2.0), (2, 2.0)):
     cube.location.x = x
     cube.keyframe_insert("location", frame=frame)

@@ -1,5 +1,6 @@
 """Reading pictures back."""
 
+import numpy as np
 import OpenImageIO as oiio
 
 
@@ -10,14 +11,19 @@ def pixels(path):
     return buffer.get_pixels(oiio.FLOAT)[::-1]
 
 
-def parts(path):
-    """Names of all channels of all parts of a multi-layer EXR, and each part's pixels by first channel."""
-    found = {}
+def layers(path):
+    """The Combined pass of each view layer of a multi-layer EXR: (rows, columns, 4), bottom row first.
+
+    Blender 5 writes a part for each pass, Blender 4 all channels into one.
+    """
+    channels = {}
     source = oiio.ImageInput.open(str(path))
     number = 0
     while source.seek_subimage(number, 0):
         spec = source.spec()
-        found[tuple(spec.channelnames)] = source.read_image(number, 0, 0, spec.nchannels, oiio.FLOAT)[::-1]
+        values = source.read_image(number, 0, 0, spec.nchannels, oiio.FLOAT)[::-1]
+        channels.update(zip(spec.channelnames, np.moveaxis(values, -1, 0), strict=True))
         number += 1
     source.close()
-    return found
+    names = dict.fromkeys(name.split(".")[0] for name in channels if ".Combined." in name)
+    return {n: np.stack([channels[f"{n}.Combined.{c}"] for c in "RGBA"], axis=-1) for n in names}
