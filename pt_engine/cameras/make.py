@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ..scene.snapshot import CameraData
 from .base import Camera
 from .orthographic import Orthographic
+from .panoramic import PROJECTIONS, Panoramic
 from .perspective import Perspective
 
 CAMERAS: dict[str, type[Camera]] = {"PERSP": Perspective, "ORTHO": Orthographic}
@@ -21,4 +22,6 @@ def make_camera(
     A kind that is not understood becomes a perspective camera of the same frame; saying so is up to the
     caller, who keeps the list of what is approximate.
     """
+    if data.kind == "PANO" and data.panorama in PROJECTIONS:
+        return Panoramic(data, origin, resolution)
     return CAMERAS.get(data.kind, Perspective)(data, origin, resolution)

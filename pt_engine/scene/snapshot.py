@@ -229,15 +229,22 @@ class CameraData:
     Attributes
     ----------
     kind : str
-        PERSP, ORTHO or PANO (PANO is not understood yet and is named in coverage).
+        PERSP, ORTHO or PANO.
     frame : (4,) float
         left, right, bottom, top of the *full, uncropped* image: on the plane at distance 1 for PERSP,
-        in metres for ORTHO. Shift, sensor fit, pixel aspect and zoom are in here already.
+        in metres for ORTHO; (0, 1, 0, 1) for PANO. Shift, sensor fit, pixel aspect and zoom are in here
+        already.
     clip : tuple of 2
         Near and far along the view axis.
     aperture_radius : float
         Of the thin lens, in metres; 0 for a pinhole.
     focus_distance : float
+    panorama : str
+        Blender's name of a PANO's projection: EQUIRECTANGULAR, FISHEYE_EQUIDISTANT, FISHEYE_EQUISOLID ...
+    fisheye : (4,) float
+        Field of view (radians), focal length, width and height of the sensor (millimetres).
+    sphere : (4,) float
+        Longitudes at the left and right and latitudes at the bottom and top of an EQUIRECTANGULAR image.
     blades, blade_rotation, aperture_ratio :
         Polygonal aperture (0 blades: round), its rotation in radians, and its anamorphic ratio.
     """
@@ -252,6 +259,8 @@ class CameraData:
     blade_rotation: float = 0.0
     aperture_ratio: float = 1.0
     panorama: str = ""
+    fisheye: tuple[float, float, float, float] = (float(np.pi), 10.5, 36.0, 24.0)
+    sphere: tuple[float, float, float, float] = (-np.pi, np.pi, -np.pi / 2, np.pi / 2)
 
 
 @dataclass(frozen=True)

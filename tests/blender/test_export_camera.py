@@ -104,12 +104,15 @@ def test_focus_object_is_measured_along_the_view_axis(scene):
     assert export().camera.focus_distance == pytest.approx(expected, rel=1e-5)
 
 
-def test_panorama_is_named(scene):
+@pytest.mark.parametrize(("kind", "known"), [("FISHEYE_EQUISOLID", True), ("MIRRORBALL", False)])
+def test_panorama_is_exported_or_named(scene, kind, known):
     scene.camera.data.type = "PANO"
-    scene.camera.data.panorama_type = "FISHEYE_EQUISOLID"
+    owner = scene.camera.data if hasattr(scene.camera.data, "panorama_type") else scene.camera.data.cycles
+    owner.panorama_type, owner.fisheye_fov = kind, 2.0
     snapshot = export()
-    assert (snapshot.camera.kind, snapshot.camera.panorama) == ("PANO", "FISHEYE_EQUISOLID")
-    assert any("panorama" in what for _, what, _ in snapshot.unsupported)
+    assert (snapshot.camera.kind, snapshot.camera.panorama) == ("PANO", kind)
+    assert snapshot.camera.fisheye[0] == pytest.approx(2.0)
+    assert any("panorama" in what for _, what, _ in snapshot.unsupported) != known
 
 
 def test_without_camera_there_is_a_clear_error(scene):

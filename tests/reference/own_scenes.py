@@ -218,6 +218,19 @@ def with_camera(change: Callable[[Any], None]) -> None:
     change(bpy.context.scene.camera.data)
 
 
+def panorama(kind: str, **values: Any) -> None:
+    """The same row of boxes all around a camera among them."""
+
+    def change(camera: Any) -> None:
+        owner = camera if hasattr(camera, "panorama_type") else camera.cycles
+        camera.type = "PANO"
+        owner.panorama_type = kind
+        for name, value in values.items():
+            setattr(owner if hasattr(owner, name) else camera, name, value)
+
+    with_camera(change)
+
+
 def set_to(**values: Any) -> Callable[[Any], None]:
     """A change of camera settings; `dof_` and a name sets one of its depth of field."""
 
@@ -300,6 +313,15 @@ SCENES: dict[str, Callable[[], None]] = {
     "camera-lens": partial(with_camera, set_to(**lens)),
     "camera-blades": partial(
         with_camera, set_to(**lens, dof_aperture_blades=5, dof_aperture_ratio=2.0, dof_aperture_rotation=0.4)
+    ),
+    "panorama": partial(panorama, "EQUIRECTANGULAR", longitude_min=-2.0, latitude_max=1.0),
+    "fisheye-equidistant": partial(panorama, "FISHEYE_EQUIDISTANT", fisheye_fov=2.5),
+    "fisheye-equisolid": partial(panorama, "FISHEYE_EQUISOLID", fisheye_fov=3.0, fisheye_lens=15.0),
+    "fisheye-vertical-fit": partial(
+        panorama, "FISHEYE_EQUISOLID", fisheye_fov=6.0, fisheye_lens=15.0, sensor_fit="VERTICAL"
+    ),
+    "fisheye-horizontal-fit": partial(
+        panorama, "FISHEYE_EQUISOLID", fisheye_fov=6.0, fisheye_lens=15.0, sensor_fit="HORIZONTAL"
     ),
     "camera-ortho-lens": partial(
         with_camera, set_to(type="ORTHO", ortho_scale=5.0, **{**lens, "dof_aperture_fstop": 2.0})
