@@ -79,7 +79,9 @@ def next_event(
     light = scene.sample_emitter(here, u[:, :m])
     value, pdf = bsdf.eval_pdf(light.wo)
     weight = mis(light.pdf, pdf * np.logical_not(light.delta))
-    contribution = paths.beta * value * light.weight * weight
+    contribution = value * light.weight
+    contribution *= paths.beta
+    contribution *= weight
     if scene.transparent_surfaces:  # paths on their last edge may pass such a surface but not scatter
         contribution *= paths.depth < limit.max_depth - 1
     paths.L += scene.unoccluded(here, light, contribution, limit.transparent_depth)

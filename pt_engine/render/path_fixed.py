@@ -24,21 +24,20 @@ class PathFixed(Integrator):
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
         path = PathState.start(sampler, scene.tracks_history)
-        for bounce in range(self.max_depth):
+        edges = self.max_depth + scene.transparent_surfaces * self.transparent_depth
+        for bounce in range(edges):
             found = scene.intersect(rays)
             for light in scene.emission(rays, found, path):
                 path.gather(light)
-            if bounce == self.max_depth - 1:
-                break
             order, spans = sorted_by_batch(scene.batch(found), scene.dead)
-            if not spans:
+            if not spans or bounce == edges - 1:
                 break
             alive = spans[-1][1].stop
             path, si = path.take(order), scene.surface(rays, found, order[:alive])
             here = path.part(slice(0, alive))
             bsdf, random = scene.shade(si, here, spans), here.sampler(sampler)
             next_event(scene, here, si, bsdf, random.emitter(bounce), self)
-            rays = path.ride_along(here, here.scatter(si, bsdf.sample(random.bsdf(bounce))))
+            rays = path.ride_along(here, here.go_on(scene, si, bsdf.sample(random.bsdf(bounce)), self.max_depth))
         radiance = np.empty((3, path.size), np.float32)
         radiance[:, path.slot] = path.L
         return radiance

@@ -14,7 +14,7 @@ from ..core.raykind import RayKind
 from ..core.rows import Rows
 from ..scene.accel import FAR
 from ..scene.lanes import Surface
-from ..scene.scene import Found, Rays
+from ..scene.scene import Found, Rays, Scene
 from ..scene.shading import Scattered
 from .dimensions import LaneSampler
 
@@ -23,7 +23,7 @@ Int32 = NDArray[np.int32]
 
 
 TINY = np.float32(1e-30)
-HISTORY = ("pdf", "kind", "travelled", "depth", "passed")
+HISTORY = ("kind", "depth", "passed", "travelled")
 
 
 def mis(pdf: Float32, other: Float32) -> Float32:
@@ -65,12 +65,8 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     slot: Int32
     random: Int32
     pdf: Float32
-    travelled: Float32
-    kind: Int32
-    depth: Int32
-    passed: Int32
-    tracked: bool
     bounces: int  # of the whole wavefront
+    _history: dict[str, NDArray[Any]] | None  # None: all lanes are alike
 
     @classmethod
     def start(cls, sampler: LaneSampler, tracked: bool) -> PathState:
@@ -80,21 +76,37 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         path.beta, path.L = 1, 0
         path.slot, path.random = np.arange(n), sampler.state.view(np.int32)
         path.pdf = np.full(n, np.inf, np.float32)
-        path.tracked, path.bounces = tracked, 0
-        path._reset_history()
+        path.bounces, path._history = 0, None
         if tracked:
-            for name in HISTORY:
-                setattr(path, name, getattr(path, name).copy())
+            path._history = {name: path._column(name).copy() for name in HISTORY}
         return path
 
-    def _reset_history(self) -> None:
-        """All paths alike: on camera rays, or one bounce further on."""
-        n, kind = self.size, RayKind.REFLECTION if self.bounces else RayKind.CAMERA
-        self.kind, self.depth, self.passed = same(kind, n), same(self.bounces, n), same(0, n)
-        self.travelled = np.broadcast_to(np.float32(0), n)
+    def _column(self, name: str) -> NDArray[Any]:
+        """Lane by lane where it is tracked; else the same number on all, without the memory."""
+        if self._history is not None:
+            return self._history[name]
+        kind = RayKind.REFLECTION if self.bounces else RayKind.CAMERA
+        values = {"kind": np.int32(kind), "depth": np.int32(self.bounces), "passed": np.int32(0)}
+        return np.broadcast_to(values.get(name, np.float32(0)), self.size)
+
+    @property
+    def kind(self) -> Int32:
+        return self._column("kind")
+
+    @property
+    def depth(self) -> Int32:
+        return self._column("depth")
+
+    @property
+    def passed(self) -> Int32:
+        return self._column("passed")
+
+    @property
+    def travelled(self) -> Float32:
+        return self._column("travelled")
 
     def take(self, index: NDArray[np.intp]) -> PathState:
-        """The paths at `index`, in that order."""
+        """The paths at `index`, in that order. The density is not carried: it was for this hit."""
         return self._with_history(super().take(index), lambda row: row.take(index))
 
     def part(self, span: slice) -> PathState:
@@ -102,12 +114,10 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         return self._with_history(super().part(span), lambda row: row[span])
 
     def _with_history(self, path: PathState, pick: Callable[[NDArray[Any]], NDArray[Any]]) -> PathState:
-        path.tracked, path.bounces = self.tracked, self.bounces
-        if self.tracked:
-            for name in HISTORY:
-                setattr(path, name, pick(getattr(self, name)))
-        else:
-            path._reset_history()
+        path.bounces, path._history = self.bounces, None
+        if self._history is not None:
+            path._history = {name: pick(row) for name, row in self._history.items()}
+            path.pdf = pick(self.pdf)  # a ray that passes a transparent surface keeps it
         return path
 
     def sampler(self, base: LaneSampler) -> LaneSampler:
@@ -125,19 +135,20 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         self.beta *= to.weight
         self.pdf = to.pdf
         self.bounces += 1
-        if self.tracked:
-            self.kind, self.depth = KIND_OF_LOBE.take(to.lobe), self.depth + 1
-            self.travelled = np.zeros(self.size, np.float32)
-        else:
-            self._reset_history()
+        if self._history is not None:
+            self._history["kind"] = KIND_OF_LOBE.take(to.lobe)
+            self._history["depth"] = self._history["depth"] + 1
+            self._history["travelled"] = np.zeros(self.size, np.float32)
         return leave(si, to.wo)
 
-    def scatter_or_pass(self, si: Surface, to: Scattered, max_depth: int) -> Rays:
-        """`scatter` in a scene with transparent surfaces, which a ray passes as if they were not there.
+    def go_on(self, scene: Scene, si: Surface, to: Scattered, max_depth: int) -> Rays:
+        """`scatter`, or pass a transparent surface as if it were not there.
 
         Passing is no bounce: density, kind and depth stay those of the last one. A path on its last
         edge may only pass.
         """
+        if not scene.transparent_surfaces:
+            return self.scatter(si, to)
         passing = np.flatnonzero(to.lobe & Lobe.TRANSPARENT)
         before = self.take(passing)
         travelled = before.travelled + si.t.take(passing)
@@ -152,20 +163,17 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         """Take over what became of the first paths (`moved`, a part of these); the others' rays are off."""
         n, m = self.size, moved.size
         self.beta[:, m:] = 0
-        history = {name: np.zeros(n, getattr(moved, name).dtype) for name in HISTORY}
-        for name, row in history.items():
-            row[:m] = getattr(moved, name)
-            setattr(self, name, row)
+        self.pdf = np.ones(n, np.float32)
+        self.pdf[:m] = moved.pdf
+        for name, row in (moved._history or {}).items():
+            column = np.zeros(n, row.dtype)
+            column[:m] = row
+            self._history = {**(self._history or {}), name: column}
         self.bounces = moved.bounces
         o, d = np.zeros((3, n), np.float32), np.ones((3, n), np.float32)
         tfar = np.full(n, -1, np.float32)
         o[:, :m], d[:, :m], tfar[:m] = rays
         return Rays(o, d, tfar)
-
-
-def same(value: int, n: int) -> Int32:
-    """The same number on all lanes, without the memory."""
-    return np.broadcast_to(np.int32(value), n)
 
 
 def leave(si: Surface, wo: Float32) -> Rays:

@@ -71,11 +71,7 @@ class Wavefront:
 
     def advance(self, path: PathState, si: Surface, to: Scattered, u: Float32 | None) -> Rays:
         """Scatter every path, or let it pass a transparent surface; with `u`, roulette may end it."""
-        limit = self._integrator
-        if self._scene.transparent_surfaces:
-            rays = path.scatter_or_pass(si, to, limit.max_depth)
-        else:
-            rays = path.scatter(si, to)
+        rays = path.go_on(self._scene, si, to, self._integrator.max_depth)
         strength = vectors.max3(path.beta)
         if u is not None:
             roulette(path, strength, u)

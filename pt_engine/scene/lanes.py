@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,6 +113,31 @@ class Surface:
         return (self.facing < 0).astype(np.float32)
 
 
+class Arrival(Protocol):
+    """How rays came to a point: what `PathState` knows of it."""
+
+    @property
+    def kind(self) -> Int32: ...
+    @property
+    def depth(self) -> Int32: ...
+    @property
+    def passed(self) -> Int32: ...
+
+
+class FirstArrival(NamedTuple):
+    """Rays of one kind that have met nothing before."""
+
+    kind: Int32
+    depth: Int32
+    passed: Int32
+
+    @classmethod
+    def by(cls, kind: int | Int32, n: int) -> FirstArrival:
+        """`n` rays of `kind`: one number, or one for each."""
+        zero = np.zeros(n, np.int32)
+        return cls(np.full(n, kind, np.int32) if isinstance(kind, int) else kind, zero, zero)
+
+
 class Lanes:
     """A slice of lanes on surfaces of one batch, for shader programs.
 
@@ -121,19 +146,31 @@ class Lanes:
     scene : Scene
     si : Surface
         The slice's hits.
-    kind, depth, transparent_depth : (N,) int32
-        `RayKind` bits of the ray that arrived, and how many bounces of each sort came before.
+    path : Arrival
+        How the lanes' rays came here.
     smooth : bool
         Whether the slice lies on geometry with shading normals.
     """
 
-    def __init__(
-        self, scene: Scene, si: Surface, kind: Int32, depth: Int32, transparent_depth: Int32, smooth: bool
-    ) -> None:
-        self.scene, self.si, self.smooth = scene, si, smooth
-        self.ray_kind, self.depth, self.transparent_depth = kind, depth, transparent_depth
+    def __init__(self, scene: Scene, si: Surface, path: Arrival, smooth: bool) -> None:
+        self.scene, self.si, self.smooth, self._path = scene, si, smooth, path
         self.n = si.size
         self.p, self.wi, self.ng = si.p, si.wi, si.ng
+
+    @property
+    def ray_kind(self) -> Int32:
+        """(n,) `RayKind` bits of the ray that arrived."""
+        return self._path.kind
+
+    @property
+    def depth(self) -> Int32:
+        """(n,) bounces so far, without the transparent ones."""
+        return self._path.depth
+
+    @property
+    def transparent_depth(self) -> Int32:
+        """(n,) transparent surfaces passed so far."""
+        return self._path.passed
 
     @cached_property
     def backfacing(self) -> Float32:
@@ -211,15 +248,20 @@ class Lanes:
 
         Per triangle, from the uv gradient (Mikkelsen's per-vertex smoothing is left out).
         """
+        along_u, sign = self.object_tangent(uv_name)
+        tangent = self.to_world_vector(along_u)
+        tangent -= vectors.dot(tangent, self.ns) * self.ns
+        return vectors.normalize(tangent), sign
+
+    def object_tangent(self, uv_name: str) -> tuple[Float32, Float32]:
+        """Object-space unit direction of growing u in the triangle, and the sign of the bitangent."""
         si = self.si
         e1, e2 = edges(self.scene.layer("position", "").corners(si.prim, si.instance))
         d1, d2 = edges(self.scene.layer("uv", uv_name).corners(si.prim, si.instance))
         along_u = e1 * d2[1] - e2 * d1[1]  # dp/du times the determinant
         determinant = d1[0] * d2[1] - d1[1] * d2[0]
         sign = np.copysign(np.float32(1), determinant)
-        tangent = self.to_world_vector(along_u * sign)
-        tangent -= vectors.dot(tangent, self.ns) * self.ns
-        return vectors.normalize(tangent), sign
+        return vectors.normalize(along_u * sign), sign
 
     def barycentric(self) -> Float32:
         """(2, n) weights of the triangle's corners 1 and 2."""

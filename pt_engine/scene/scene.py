@@ -21,7 +21,7 @@ from ..emitters.lights import Lights, LightSample
 from .accel import FAR, Accel, Hits
 from .attributes import Layer
 from .geometry import SKY, Geometry
-from .lanes import Lanes, SkyLanes, Surface
+from .lanes import FirstArrival, Lanes, SkyLanes, Surface
 from .shading import ShadedBSDF, SliceBSDF
 from .snapshot import Instances
 from .transforms import Transforms
@@ -232,8 +232,8 @@ class Scene:
         key = self.materials.batch_of.take(material) * 2 + smooth
         for k in np.unique(key):
             lanes = np.flatnonzero(key == k)
-            zero = np.zeros(len(lanes), np.int32)
-            here = Lanes(self, hit.take(lanes), kind.take(lanes), zero, zero, bool(k & 1))
+            came = FirstArrival.by(kind.take(lanes), len(lanes))
+            here = Lanes(self, hit.take(lanes), came, bool(k & 1))
             value = self.materials.batches[int(k) >> 1].emission(here)
             if value is not None:
                 radiance[:, lanes] = value
@@ -260,8 +260,8 @@ class Scene:
         smooth = self.geometry.surface_smooth.take(found.surface.take(hit))
         for part, curved in ((hit[~smooth], False), (hit[smooth], True)):
             if len(part):
-                zero = np.zeros(len(part), np.int32)
-                normal[:, part] = Lanes(self, self.surface(rays, found, part), zero, zero, zero, curved).ns
+                came = FirstArrival.by(RayKind.CAMERA, len(part))
+                normal[:, part] = Lanes(self, self.surface(rays, found, part), came, curved).ns
         return normal
 
     # ------------------------------------------------------------------ scattering
@@ -272,8 +272,7 @@ class Scene:
         smooth_count = 0
         for number, span in spans:
             group = self.groups[number]
-            part = si.part(span)
-            lanes = Lanes(self, part, path.kind[span], path.depth[span], path.passed[span], group.smooth)
+            lanes = Lanes(self, si.part(span), path.part(span), group.smooth)
             closures = self.materials.batches[group.batch].closures(lanes)
             slices.append((span, SliceBSDF(closures, lanes)))
             if number < self.smooth_groups:

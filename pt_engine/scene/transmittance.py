@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..core import vectors
 from ..core.raykind import RayKind
 from .geometry import SKY
-from .lanes import Lanes, Surface
+from .lanes import FirstArrival, Lanes, Surface
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -60,11 +60,10 @@ def _transparency(scene: Scene, si: Surface, group: NDArray[np.integer]) -> Floa
         index = np.flatnonzero(group == number)
         if len(index) == 0:
             continue
-        kind = np.full(len(index), RayKind.SHADOW, np.int32)
-        zero = np.zeros(len(index), np.int32)
+        came = FirstArrival.by(RayKind.SHADOW, len(index))
         batch, smooth = scene.groups[number]
         value = scene.materials.batches[batch].transparency(
-            Lanes(scene, si.take(index), kind, zero, zero, smooth)
+            Lanes(scene, si.take(index), came, smooth)
         )
         if value is not None:
             through[:, index] = value
