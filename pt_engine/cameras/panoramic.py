@@ -72,7 +72,7 @@ def equisolid(data: CameraData, u: Float32, v: Float32) -> Direction:
 
 
 def _around_axis(x: Float32, y: Float32, r: Float32, theta: Float32, seen: NDArray[np.bool_]) -> Direction:
-    sine: Float32 = np.sin(theta) / np.maximum(r, np.float32(1e-20))
+    sine: Float32 = (np.sin(theta) / np.maximum(r, np.float32(1e-20))).astype(np.float32, copy=False)
     return x * sine, y * sine, np.cos(theta), seen
 
 
