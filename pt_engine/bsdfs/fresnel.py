@@ -70,11 +70,12 @@ def index_of(f0: Float32) -> Float32:
 
 def dielectric_average(eta: Float32) -> Float32:
     """Hemispherical average: fits of Kulla and Conty 2017, "Revisiting Physically Based Shading"."""
-    above = (eta >= 1.0).astype(eta.dtype)
-    outside: Float32 = (eta - 1.0) / (4.08567 + 1.00071 * eta)
+    above: Float32 = (eta >= 1.0).astype(eta.dtype)
+    below: Float32 = 1.0 - above
     inner: Float32 = np.minimum(eta, 1.0)
-    inside: Float32 = 0.997118 + inner * (0.1014 - inner * (0.965241 + inner * 0.130607))
-    average: Float32 = above * outside + (1.0 - above) * inside
+    average: Float32 = inner * (inner * (inner * -0.130607 - 0.965241) + 0.1014) + 0.997118
+    average *= below
+    average += above * (eta - 1.0) / (eta * 1.00071 + 4.08567)
     return average
 
 
@@ -139,3 +140,13 @@ def conductor_average(eta: Float32, k: Float32) -> Float32:
     b = (f0 + (1.0 - f0) * F82_SCHLICK - f82_value) * F82_SCALE
     average: Float32 = np.clip(f82_average(f0, b), 0.0, 1.0)
     return average
+
+
+def tinted(f: Float32, eta: Float32, tint: Float32) -> Float32:
+    """A dielectric's reflectance f with its value at normal incidence times `tint`, 1 staying 1: (3, N)."""
+    f0 = normal_incidence(eta)
+    s = (f - f0) / np.maximum(1.0 - f0, 1e-6)
+    s = np.minimum(np.maximum(s, 0.0), 1.0)
+    base = np.minimum(f0 * tint, 1.0)
+    colored: Float32 = base + (1.0 - base) * s
+    return colored

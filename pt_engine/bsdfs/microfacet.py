@@ -115,7 +115,7 @@ class Beckmann:
         """t(w) = z + exp(−a²)(r/√π − z exp(a²) erfc(a)), r = z/a: (N,)."""
         z = np.abs(w[2])
         r = np.sqrt(_stretched2(w, ax2, ay2))
-        a = np.minimum(z / (r + TINY), 9.0)  # beyond, exp(−a²) is 0
+        a = z / (np.maximum(r, z * (1 / 9)) + TINY)  # at most 9: beyond, exp(−a²) is 0
         t: Float32 = z + np.exp(-a * a) * (r * INV_SQRT_PI - z * erfc_scaled(a))
         return t
 

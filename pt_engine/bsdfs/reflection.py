@@ -56,16 +56,17 @@ def sample(
 ) -> BSDFSample:
     """Mirror wi in a visible facet."""
     ax, ay, smooth = roughness(*alpha)
-    ax2, ay2 = squares(ax, ay)
     rough = 1.0 - smooth
     bx = ax * rough
-    m = model.visible_normal(wi, bx, bx if ax is ay else ay * rough, u1, u2)
+    by = bx if ax is ay else ay * rough
+    bx2, by2 = squares(bx, by)
+    m = model.visible_normal(wi, bx, by, u1, u2)
     cos = dot(wi, m)
     wo = (2.0 * cos) * m
     wo -= wi
     zi, zo = wi[2], np.maximum(wo[2], 0.0)
-    ti = model.stretched(wi, ax2, ay2)
-    ratio = masking_ratio(zi, ti, zo, model.stretched(wo, ax2, ay2))
+    ti = model.stretched(wi, bx2, by2)
+    ratio = masking_ratio(zi, ti, zo, model.stretched(wo, bx2, by2))
     ratio *= (wi[2] > 0) & (wo[2] > 0)
     pdf = model.density(m[0], m[1], m[2], ax, ay)
     pdf /= 2.0 * (zi + ti)
