@@ -1,6 +1,7 @@
 """`python -m pt_engine`: what each command does, says, and returns."""
 
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -178,6 +179,21 @@ def test_a_failure_inside_ends_with_code_1_and_keeps_the_earlier_picture(blend, 
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == "pt_engine: ValueError: no light today"
     assert (tmp_path / "a.exr").read_text() == "earlier"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT for a single process on Windows")
+def test_ctrl_c_ends_in_order_and_writes_nothing(blend, tmp_path):
+    words = ["render", blend, "-o", tmp_path / "a.exr", "--progress", "--samples", "1000000"]
+    command = [sys.executable, "-m", "pt_engine", *map(str, words)]
+    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
+        text = ""
+        while "Sample " not in text:  # it renders
+            text += process.stderr.read(1)
+        process.send_signal(signal.SIGINT)
+        text += process.stderr.read()
+    assert process.returncode == 1
+    assert "interrupted after" in text
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_without_bpy_it_says_what_to_install(blend, tmp_path):
