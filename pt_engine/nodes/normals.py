@@ -31,12 +31,12 @@ def tangent_space_normal(lanes: Any, name: str, flip: bool, color: Float32, stre
     if flip:
         y = -y
     side = 1 - 2 * lanes.backfacing
-    normal = lanes.ns * side
-    tangent, sign = lanes.tangent(name)
+    normal = lanes.object_normal() if lanes.smooth else unit(lanes.to_object_normal(lanes.ng * side))
+    tangent, sign = lanes.object_tangent(name)
     bitangent = sign * vectors.cross(normal, tangent)
     z = 1 + np.clip(strength, 0, 1) * (z - 1)
     out = (x * strength) * tangent + (y * strength) * bitangent + z * normal
-    return usable(unit(out) * side, lanes.ns)
+    return usable(unit(lanes.to_world_normal(unit(out))) * side, lanes.ns)
 
 
 @lane_op(VECTOR)
@@ -115,7 +115,7 @@ def bump_node(n: NodeView) -> Outputs:
     strength, distance = n.float("Strength", 1.0), n.float("Distance", 0.1)
     if n.linked("Height") is None or is_zero(strength) or is_zero(distance) or n.reader.world:
         return {"Normal": normal}
-    n.approximate("height differences over a fixed small step instead of the pixel's footprint")
+    n.approximate("heights differ over the camera pixel's footprint, after bounces too")
     heights: list[Value] = [n.shifted_float("Height", shift) for shift in (0, 1, 2)]
     extra = () if normal is None else (normal,)
     static = (bool(n.prop("invert", False)),)

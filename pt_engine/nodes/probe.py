@@ -61,6 +61,8 @@ class ProbeLanes:
         t[0] = 1
         return t, np.ones(self.n, np.float32)
 
+    object_tangent = tangent
+
     def barycentric(self) -> Float32:
         return self.position[:2]
 

@@ -196,3 +196,40 @@ def relative_index(lanes: Any, ior: Float32) -> Float32:
     eta = np.maximum(ior, np.float32(1e-5))
     out: Float32 = eta + lanes.backfacing * (1 / eta - eta)
     return out
+
+
+def add_glass(
+    n: NodeView, out: SurfaceBuilder, kind: str, weight: Value, rough: Rough, ior: Value, **more: Value
+) -> None:
+    """Glass or refraction; a Dirac lobe where the roughness is constantly 0 (or the index 1)."""
+    if n.prop("distribution", "GGX") == "BECKMANN":
+        kind += "_beckmann"
+    eta = n.call(relative_index, ior)
+    params = {"alpha": rough.alpha_x, "eta": eta} | more
+    out.add(kind, params, weight, glossy_normal(n), dirac=rough.is_smooth)
+
+
+@shader("BsdfGlass")
+def glass(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    weight = n.builder.multiply(weight, n.color("Color", 1.0))
+    note_thin_film(n)
+    add_glass(n, out, "dielectric", weight, isotropic(n, 0.0), n.float("IOR", 1.5))
+
+
+@shader("BsdfRefraction")
+def refraction(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    weight = n.builder.multiply(weight, n.color("Color", 1.0))
+    add_glass(n, out, "refraction", weight, isotropic(n, 0.0), n.float("IOR", 1.45))
+
+
+@shader("PtDielectric")
+def pt_dielectric(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    tints = {
+        name: n.color(socket)
+        for name, socket in (
+            ("reflection_tint", "Reflection Tint"),
+            ("transmission_tint", "Transmission Tint"),
+        )
+        if socket in n.node.inputs
+    }
+    add_glass(n, out, "dielectric", weight, isotropic(n, 0.0), n.float("IOR", 1.5), **tints)
