@@ -1,0 +1,218 @@
+"""The Principled BSDF: layers, each taking what the one above lets through.
+
+    transparency · (1 − alpha);  then coat, emission, metal · metallic, glass · transmission, gloss, diffuse
+
+A layer of weight w and directional albedo A leaves 1 − w·max(A) to those below, as in Cycles (its sheen,
+thin film and subsurface are still to come; see the coverage entries).
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..bsdfs import fresnel as law
+from ..bsdfs import specular
+from ..core import vectors
+from .color_nodes import saturate_color
+from .graph import NodeView
+from .ir import COLOR, FLOAT, Const, Op, Value, lane_op, op
+from .math_nodes import saturate, select
+from .normals import closure_normal, glossy_normal
+from .registry import shader
+from .roughness import Rough, anisotropic, principled_alphas, squared
+from .shaders import add_diffuse, add_gloss, relative_index
+from .surface import SurfaceBuilder, at_least_zero, is_zero
+
+Float32 = NDArray[np.float32]
+DIFFUSE_MINIMUM: Final = 1e-5  # Cycles leaves out layers of less weight
+
+
+# ------------------------------------------------------------------ what the layers leave
+
+
+@lane_op(FLOAT)
+def under_gloss(lanes: Any, tinted: bool, rough: Float32, eta: Float32, *rest: Float32) -> Float32:
+    """1 − the largest component of the gloss's directional albedo."""
+    tint = rest[0] if tinted else None
+    normal = rest[-1] if len(rest) > tinted else lanes.ns
+    cos = np.maximum(vectors.dot(lanes.wi, normal), np.float32(1e-4))
+    reflected = specular.facets(specular.Params(rough, None, eta, tint))(cos)
+    left: Float32 = np.clip(1 - reflected.max(axis=0), 0, 1)
+    return left
+
+
+@lane_op(COLOR)
+def through_coat(lanes: Any, eta: Float32, tint: Float32, *normal: Float32) -> Float32:
+    """The coat's tint over the length of the refracted path: tint^(1/cosθt)."""
+    cos = vectors.dot(lanes.wi, normal[0] if normal else lanes.ns)
+    cos_t = np.sqrt(np.maximum(1 - (1 - cos * cos) / (eta * eta), np.float32(1e-6)))
+    out: Float32 = np.power(np.maximum(tint, 0), 1 / cos_t)
+    return out
+
+
+@op(FLOAT)
+def coat_share(weight: Float32, under: Float32) -> Float32:
+    """What a coat of some weight leaves: 1 − weight·(1 − under)."""
+    left: Float32 = 1 - weight * (1 - under)
+    return left
+
+
+@op(FLOAT)
+def at_least(x: Float32, low: Float32) -> Float32:
+    """max(x, low)."""
+    return np.maximum(x, low)
+
+
+@op(FLOAT)
+def leveled_index(ior: Float32, level: Float32) -> Float32:
+    """The index whose reflectance at normal incidence is 2·level times that of `ior`."""
+    f0 = np.minimum(law.normal_incidence(ior) * (2 * np.maximum(level, 0)), np.float32(0.999))
+    eta = law.index_of(f0)
+    return select(level == np.float32(0.5), ior, select(ior < 1, 1 / eta, eta))
+
+
+@op(COLOR)
+def root(c: Float32) -> Float32:
+    """√c: half of a colour's absorption, for each of the two passes through glass."""
+    return np.sqrt(np.maximum(c, 0))
+
+
+# ------------------------------------------------------------------ layers
+
+
+class Layers:
+    """Adds Principled's closures from the top down; `weight` is what is left for the next."""
+
+    def __init__(self, n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+        self.n, self.weight, self.out, self.b = n, weight, out, n.builder
+        self.normal = glossy_normal(n)
+        self.base = n.color("Base Color", 0.8)
+        self.clamped = n.call(saturate_color, self.base)
+        self.ior = n.call(at_least, n.float("IOR", 1.5), n.constant(DIFFUSE_MINIMUM, FLOAT))
+        self.tint = n.call(at_least_zero, n.color("Specular Tint", 1.0))
+
+    def share(self, name: str) -> Value:
+        """A layer's weight in [0, 1]; the constant 0 where too small to matter."""
+        value = self.n.call(saturate, self.n.float(name))
+        small = isinstance(value, Const) and float(value.data[0]) <= DIFFUSE_MINIMUM
+        return self.b.zero if small else value
+
+    def leave(self, share: Value) -> None:
+        """Scale what is left."""
+        self.weight = self.b.multiply(self.weight, share)
+
+    def call(self, what: Op, *args: Value, static: tuple[Any, ...] = ()) -> Value:
+        """An op on values and, where it is linked, the normal."""
+        normal = () if self.normal is None else (self.normal,)
+        return self.n.call(what, *args, *normal, static=static)
+
+    def transparency(self) -> None:
+        alpha = self.n.call(saturate, self.n.float("Alpha", 1.0))
+        self.out.add_transparent(self.b.multiply(self.weight, self.b.complement(alpha)))
+        self.leave(alpha)
+
+    def sheen(self) -> None:
+        if not is_zero(self.share("Sheen Weight")):
+            self.n.approximate("no sheen")
+
+    def coat(self) -> None:
+        n, share = self.n, self.share("Coat Weight")
+        if is_zero(share):
+            return
+        normal = glossy_normal(n, "Coat Normal")
+        eta = n.call(at_least, n.float("Coat IOR", 1.5), n.constant(1.0, FLOAT))
+        rough = Rough(n.call(squared, n.float("Coat Roughness", 0.03)))
+        params = {"alpha_x": rough.alpha_x, "alpha_y": rough.alpha_x, "eta": eta}
+        self.out.add("specular", params, self.b.multiply(self.weight, share), normal, None, rough.is_smooth)
+        extra = () if normal is None else (normal,)
+        under = n.call(under_gloss, rough.alpha_x, eta, *extra, static=(False,))
+        self.leave(n.call(coat_share, share, under))
+        tint = n.color("Coat Tint", 1.0)
+        if not (isinstance(tint, Const) and tint.is_all(1)):
+            tinted = n.call(through_coat, eta, tint, *extra)
+            rest = self.b.multiply(self.b.complement(share), n.constant(1.0, COLOR))
+            self.leave(self.b.add(rest, self.b.multiply(share, tinted)))
+
+    def emission(self) -> None:
+        strength = self.n.float("Emission Strength")
+        if not is_zero(strength):
+            color = self.n.color("Emission Color", 1.0)
+            self.out.add_emission(self.b.multiply(self.weight, self.b.multiply(strength, color)))
+
+    def metal(self, rough: Rough) -> None:
+        share = self.share("Metallic")
+        if not is_zero(share):
+            edge = self.n.call(saturate_color, self.tint)
+            weight = self.b.multiply(self.weight, share)
+            add_gloss(self.n, self.out, weight, rough, color=self.clamped, edge_tint=edge)
+            self.leave(self.b.complement(share))
+
+    def glass(self) -> None:
+        n, share = self.n, self.share("Transmission Weight")
+        if is_zero(share):
+            return
+        if n.prop("Thin Wall", False) or not is_zero(n.float("Thin Wall")):
+            n.approximate("thin walls refract like solid glass")
+        rough = Rough(n.call(squared, n.float("Roughness", 0.5)))
+        params = {
+            "alpha": rough.alpha_x,
+            "eta": n.call(relative_index, self.ior),
+            "transmission_tint": n.call(root, self.clamped),
+        }
+        if not (isinstance(self.tint, Const) and self.tint.is_all(1)):
+            params["specular_tint"] = self.tint
+        weight = self.b.multiply(self.weight, share)
+        self.out.add("dielectric", params, weight, self.normal, dirac=rough.is_smooth)
+        self.leave(self.b.complement(share))
+
+    def gloss(self, rough: Rough) -> None:
+        n = self.n
+        eta = n.call(leveled_index, self.ior, n.float("Specular IOR Level", 0.5))
+        if isinstance(eta, Const) and eta.is_all(1):
+            return
+        tinted = not (isinstance(self.tint, Const) and self.tint.is_all(1))
+        params = {
+            "alpha_x": rough.alpha_x,
+            "alpha_y": rough.alpha_x if rough.alpha_y is None else rough.alpha_y,
+            "eta": eta,
+        }
+        if tinted:
+            params["tint"] = self.tint
+        self.out.add("specular", params, self.weight, self.normal, rough.tangent, rough.is_smooth)
+        extra = (self.tint,) if tinted else ()
+        self.leave(self.call(under_gloss, rough.alpha_x, eta, *extra, static=(tinted,)))
+
+    def diffuse(self) -> None:
+        n = self.n
+        normal, roughness = closure_normal(n), n.float("Diffuse Roughness")
+        share = self.share("Subsurface Weight")
+        if not is_zero(share):
+            n.approximate("subsurface light leaves where it enters")
+            under = self.b.multiply(self.b.multiply(self.weight, share), self.clamped)
+            self.out.add("diffuse", {}, under, normal)
+        rest = self.b.multiply(self.weight, self.b.complement(share))
+        add_diffuse(n, self.out, self.b.multiply(rest, self.base), roughness, self.base, normal)
+
+
+@shader("BsdfPrincipled")
+def principled(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    layers = Layers(n, weight, out)
+    layers.transparency()
+    layers.sheen()
+    layers.coat()
+    layers.emission()
+    if is_zero(layers.weight):
+        return
+    rough = anisotropic(n, principled_alphas, ("Anisotropic", "Anisotropic Rotation"), layers.normal)
+    film = n.float("Thin Film Thickness")
+    if not is_zero(film):
+        n.approximate("no colours of a thin film")
+    layers.metal(rough)
+    if not is_zero(layers.weight):
+        layers.glass()
+    if not is_zero(layers.weight):
+        layers.gloss(rough)
+        layers.diffuse()
