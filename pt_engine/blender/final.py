@@ -88,6 +88,7 @@ def record_of(engine, scene) -> RenderRecord:
     if record is None or record.frame != scene.frame_current:
         record = RenderRecord(scene.frame_current, scene.name)
         engine.pt_record = Session.last = record
+        Session.checked = None  # this render's own findings are newer
     return record
 
 
