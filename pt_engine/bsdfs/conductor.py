@@ -23,6 +23,8 @@ from . import fresnel, reflection
 from .base import BSDFSample, Float32
 from .microfacet import GGX, Distribution
 
+SPECULAR = True
+
 
 class Params(NamedTuple):
     """

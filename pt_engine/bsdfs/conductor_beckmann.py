@@ -6,6 +6,8 @@ from . import conductor
 from .conductor import Params, albedo
 from .microfacet import Beckmann
 
+SPECULAR = True
+
 eval_pdf = partial(conductor.eval_pdf, model=Beckmann)
 sample = partial(conductor.sample, model=Beckmann)
 

@@ -18,6 +18,8 @@ from . import fresnel, interface
 from .base import BSDFSample, Float32
 from .microfacet import GGX, Distribution
 
+SPECULAR = True
+
 
 class Params(NamedTuple):
     """

@@ -6,6 +6,8 @@ from . import dielectric
 from .dielectric import Params, albedo
 from .microfacet import Beckmann
 
+SPECULAR = True
+
 eval_pdf = partial(dielectric.eval_pdf, model=Beckmann)
 sample = partial(dielectric.sample, model=Beckmann)
 

@@ -13,6 +13,8 @@ from . import interface
 from .base import BSDFSample, Float32
 from .microfacet import GGX, Distribution
 
+SPECULAR = True
+
 
 class Params(NamedTuple):
     """

@@ -6,6 +6,8 @@ from . import refraction
 from .microfacet import Beckmann
 from .refraction import Params, albedo
 
+SPECULAR = True
+
 eval_pdf = partial(refraction.eval_pdf, model=Beckmann)
 sample = partial(refraction.sample, model=Beckmann)
 

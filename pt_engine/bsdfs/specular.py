@@ -17,6 +17,8 @@ from . import fresnel, reflection
 from .base import BSDFSample, Float32
 from .microfacet import GGX
 
+SPECULAR = True
+
 
 class Params(NamedTuple):
     """

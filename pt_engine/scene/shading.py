@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..bsdfs.base import BSDF, Lobe, gather
 from ..core import frames, vectors
 from .lanes import Lanes
+from .raised_normal import raised_normal
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -100,16 +101,19 @@ class SliceBSDF:
     def __init__(self, closures: Sequence[ClosureLike], lanes: Lanes) -> None:
         self.closures = list(closures)
         self.lanes = lanes
-        self._frames: dict[tuple[int, int], LocalFrame] = {}
-        self.frames = [self._frame(c) for c in self.closures]
-        self.shares = self._shares()
         # with the geometric normal as the shading normal, no direction is on two sides at once
         self.bent = lanes.smooth or any(c.normal is not None for c in self.closures)
+        self._frames: dict[tuple[int, int, bool], LocalFrame] = {}
+        self.frames = [self._frame(c) for c in self.closures]
+        self.shares = self._shares()
 
     def _frame(self, closure: ClosureLike) -> LocalFrame:
-        key = (id(closure.normal), id(closure.tangent))
+        specular = self.bent and getattr(closure.bsdf, "SPECULAR", False)
+        key = (id(closure.normal), id(closure.tangent), specular)
         if key not in self._frames:
             normal = self.lanes.ns if closure.normal is None else closure.normal
+            if specular:
+                normal = raised_normal(self.lanes.ng, self.lanes.wi, normal)
             self._frames[key] = LocalFrame(normal, self.lanes.wi, closure.tangent)
         return self._frames[key]
 
