@@ -12,9 +12,10 @@ from ..scene.snapshot import Graph, ImageData, Link
 from ..textures.images import TextureStore
 from . import catalogue as catalogue  # fills the registry
 from .batch import Batch, Plan, plan
-from .coverage import IGNORED, Coverage, CoverageLog
+from .coverage import APPROXIMATE, IGNORED, Coverage, CoverageLog
 from .graph import GraphReader
 from .ir import Builder
+from .normals import displaced_normal
 from .probe import mean_emission
 from .surface import SurfaceBuilder
 
@@ -83,6 +84,10 @@ def read_surface(graph: Graph, textures: TextureStore, log: CoverageLog) -> Surf
     builder = Builder()
     out = SurfaceBuilder(builder)
     reader = GraphReader(graph, builder, textures, log)
+    moved = graph.outputs.get("Displacement")
+    if moved is not None:
+        reader.surface_normal = displaced_normal(reader, moved)
+        note_displacement(graph, moved, log)
     link = graph.outputs.get("Surface")
     if link is not None:
         reader.closures(link, builder.one, out)
@@ -91,16 +96,21 @@ def read_surface(graph: Graph, textures: TextureStore, log: CoverageLog) -> Surf
     return out
 
 
+def note_displacement(graph: Graph, link: Link, log: CoverageLog) -> None:
+    """Say what becomes of a displacement: its shading is rendered, the surface stays where it is."""
+    if not 0 <= link.node < len(graph.nodes):
+        return
+    name = graph.nodes[link.node].name
+    log.note(name, APPROXIMATE, "heights differ over the camera pixel's footprint, after bounces too")
+    if graph.displacement_method != "BUMP":
+        log.note(name, IGNORED, "the surface is shaded as displaced but stays where it is")
+
+
 def note_other_outputs(graph: Graph, log: CoverageLog) -> None:
     """List what hangs on the outputs that are not rendered yet, and the exporter's own notes."""
-    effects = {
-        "Displacement": "displacement is left out: the surface stays smooth",
-        "Volume": "the volume is left out: clear inside",
-    }
-    for name, effect in effects.items():
-        link = graph.outputs.get(name)
-        if isinstance(link, Link) and 0 <= link.node < len(graph.nodes):
-            log.note(graph.nodes[link.node].name, IGNORED, effect)
+    link = graph.outputs.get("Volume")
+    if link is not None and 0 <= link.node < len(graph.nodes):
+        log.note(graph.nodes[link.node].name, IGNORED, "the volume is left out: clear inside")
     for node, effect in graph.notes:
         log.note(node, IGNORED, effect)
 

@@ -39,6 +39,7 @@ class GraphReader:
         world: bool = False,
     ) -> None:
         self.graph, self.builder, self.textures, self.log, self.world = graph, builder, textures, log, world
+        self.surface_normal: Value | None = None  # of displacement seen as bump; None: the lanes' own
         self._outputs: dict[tuple[int, int], Mapping[str, Value | None]] = {}
         self._open: set[tuple[int, int]] = set()
         self.used = used_sockets(graph)
@@ -160,6 +161,10 @@ class NodeView:
             return None
         value = self.reader.value(link, self.shift)
         return None if value is None else self.builder.convert(value, VECTOR)
+
+    def normal(self, name: str = "Normal") -> Value | None:
+        """A normal input; unlinked it is the surface's, None where that is `lanes.ns`."""
+        return self.optional(name) if self.linked(name) is not None else self.reader.surface_normal
 
     def prop(self, name: str, default: Any) -> Any:
         """A setting of the node."""

@@ -238,6 +238,8 @@ def geometry(n: NodeView) -> Outputs:
     out: dict[str, Value | None] = {
         name: n.call(what, static=static) for name, (what, static) in table.items() if name in wanted
     }
+    if "Normal" in wanted and n.reader.surface_normal is not None:
+        out["Normal"] = n.reader.surface_normal
     if n.reader.world:
         out["Tangent"] = n.constant(0.0, VECTOR)
     if "Pointiness" in wanted:

@@ -290,7 +290,7 @@ def layer_facing(lanes: Any, blend: Float32, *normal: Float32) -> Float32:
 
 
 def _normal(n: NodeView) -> tuple[Value, ...]:
-    normal = n.optional("Normal")
+    normal = n.normal()
     return () if normal is None else (normal,)
 
 

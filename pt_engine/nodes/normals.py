@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
-from .graph import NodeView
-from .ir import VECTOR, Value, lane_op
+from ..scene.snapshot import Link
+from .graph import GraphReader, NodeView
+from .ir import FLOAT, VECTOR, Value, lane_op, op
 from .registry import Outputs, node
 from .surface import is_zero
 from .vector_nodes import unit
@@ -111,7 +112,7 @@ def bump(
 
 @node("Bump")
 def bump_node(n: NodeView) -> Outputs:
-    normal = n.optional("Normal")
+    normal = n.normal()
     strength, distance = n.float("Strength", 1.0), n.float("Distance", 0.1)
     if n.linked("Height") is None or is_zero(strength) or is_zero(distance) or n.reader.world:
         return {"Normal": normal}
@@ -125,7 +126,77 @@ def bump_node(n: NodeView) -> Outputs:
 @node("Bevel")
 def bevel_node(n: NodeView) -> Outputs:
     n.ignored("edges stay sharp")
-    return {"Normal": n.optional("Normal")}
+    return {"Normal": n.normal()}
+
+
+# ------------------------------------------------------------------ displacement, seen as bump
+
+
+@lane_op(VECTOR, moves=True)
+def displacement(lanes: Any, in_object: bool, height: Float32, *normal: Float32) -> Float32:
+    """A step of `height` along the normal; in object space it grows with the object's scale."""
+    n = normal[0] if normal else lanes.ns
+    if not in_object:
+        return height * n
+    along = unit(lanes.to_object_normal(np.ascontiguousarray(np.broadcast_to(n, (3, lanes.n)))))
+    step: Float32 = lanes.to_world_vector(along * height)
+    return step
+
+
+@op(FLOAT)
+def displacement_height(height: Float32, midlevel: Float32, scale: Float32) -> Float32:
+    """(height − midlevel)·scale."""
+    amount: Float32 = (height - midlevel) * scale
+    return amount
+
+
+@node("Displacement")
+def displacement_node(n: NodeView) -> Outputs:
+    names = (("Height", 0.0), ("Midlevel", 0.5), ("Scale", 0.01))
+    height = n.call(displacement_height, *(n.float(name, default) for name, default in names))
+    linked = n.optional("Normal")
+    extra = () if linked is None else (linked,)
+    static = (n.prop("space", "OBJECT") == "OBJECT",)
+    return {"Displacement": n.call(displacement, height, *extra, static=static)}
+
+
+@lane_op(VECTOR, moves=True)
+def vector_displacement(
+    lanes: Any, space: str, vector: Float32, midlevel: Float32, scale: Float32
+) -> Float32:
+    """A displacement vector in tangent, object or world space; of tangent space only its height counts."""
+    moved = np.ascontiguousarray(np.broadcast_to((vector - midlevel) * scale, (3, lanes.n)))
+    if space == "WORLD":
+        return moved
+    step: Float32 = lanes.to_world_vector(moved) if space == "OBJECT" else lanes.ns * moved[1]
+    return step
+
+
+@node("VectorDisplacement")
+def vector_displacement_node(n: NodeView) -> Outputs:
+    space = str(n.prop("space", "TANGENT"))
+    inputs = n.vector("Vector"), n.float("Midlevel"), n.float("Scale", 0.01)
+    return {"Displacement": n.call(vector_displacement, *inputs, static=(space,))}
+
+
+@lane_op(FLOAT, moves=True)
+def along_normal(lanes: Any, moved: Float32) -> Float32:
+    """How far a displacement goes along the shading normal."""
+    height: Float32 = vectors.dot(moved, lanes.ns)
+    return height
+
+
+def displaced_normal(reader: GraphReader, link: Link) -> Value | None:
+    """The shading normal of a surface whose displacement is only shaded, not moved."""
+    heights: list[Value] = []
+    for shift in (0, 1, 2):
+        moved = reader.value(link, shift)
+        if moved is None:
+            return None
+        moved = reader.builder.convert(moved, VECTOR)
+        heights.append(reader.builder.call(along_normal, moved, shift=shift)[0])
+    one = reader.builder.one
+    return reader.builder.call(bump, *heights, one, one, static=(False,))[0]
 
 
 # ------------------------------------------------------------------ normals for closures
@@ -176,11 +247,11 @@ def _raised(n: Float32, ng: Float32, wi: Float32, iz: Float32, t: Float32) -> Fl
 
 def closure_normal(n: NodeView, name: str = "Normal") -> Value | None:
     """A diffuse closure's normal; None for the shading normal."""
-    linked = n.optional(name)
+    linked = n.normal(name)
     return None if linked is None else n.call(facing_normal, linked)
 
 
 def glossy_normal(n: NodeView, name: str = "Normal") -> Value | None:
-    """A glossy closure's normal, valid for reflection; None where only the shading normal is used."""
-    linked = n.optional(name)
-    return None if linked is None else n.call(reflecting_normal, linked)
+    """A glossy closure's normal, valid for reflection (the shading normal itself where that is valid)."""
+    linked = n.normal(name)
+    return n.call(reflecting_normal) if linked is None else n.call(reflecting_normal, linked)
