@@ -20,14 +20,23 @@ def _rotate(x: UInt32, k: int) -> UInt32:
     return (x << np.uint32(k)) | (x >> np.uint32(32 - k))
 
 
+def _step(x: UInt32, y: UInt32, k: int) -> UInt32:
+    """(x ^ y) − (y rotated left by k)."""
+    out = x ^ y
+    turned = y << np.uint32(k)
+    turned |= y >> np.uint32(32 - k)
+    out -= turned
+    return out
+
+
 def _final(a: UInt32, b: UInt32, c: UInt32) -> UInt32:
-    c = (c ^ b) - _rotate(b, 14)
-    a = (a ^ c) - _rotate(c, 11)
-    b = (b ^ a) - _rotate(a, 25)
-    c = (c ^ b) - _rotate(b, 16)
-    a = (a ^ c) - _rotate(c, 4)
-    b = (b ^ a) - _rotate(a, 14)
-    return (c ^ b) - _rotate(b, 24)
+    c = _step(c, b, 14)
+    a = _step(a, c, 11)
+    b = _step(b, a, 25)
+    c = _step(c, b, 16)
+    a = _step(a, c, 4)
+    b = _step(b, a, 14)
+    return _step(c, b, 24)
 
 
 def _mix(a: UInt32, b: UInt32, c: UInt32) -> tuple[UInt32, UInt32, UInt32]:

@@ -6,7 +6,6 @@ Perlin 2002, "Improving Noise", with Jenkins' hash for the lattice; fractals aft
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
 from typing import Final
 
@@ -21,7 +20,7 @@ Point = Sequence[Float32]
 
 SCALE: Final = (0.25, 0.6616, 0.9820, 0.8344)  # to about [-1, 1], by dimension
 PERIOD: Final = np.float32(100000)
-BLOCK: Final = 8192  # lanes at a time: all corners of a block stay in cache
+BLOCK = 4096  # lanes at a time: all corners of a block stay in cache
 
 
 def _gradients(dimension: int) -> Float32:
@@ -54,25 +53,36 @@ def _fade(t: Float32) -> Float32:
 
 
 def _perlin_block(point: Point) -> Float32:
-    """Unscaled noise of one block."""
+    """Unscaled noise of one block.
+
+    Every axis has an array dimension of its own for the two corners, the first axis the innermost, so
+    that what corners have in common is computed once by broadcasting.
+    """
     dimension = len(point)
-    low = [np.floor(p) for p in point]
-    part = [p - f for p, f in zip(point, low, strict=True)]
-    cell = [f.astype(np.int32).view(np.uint32) for f in low]
+    keys, offsets, parts = [], [], []
+    for axis, p in enumerate(point):
+        low = np.floor(p)
+        part = p - low
+        shape = [1] * dimension + [-1]
+        shape[dimension - 1 - axis] = 2
+        cell = low.astype(np.int32).view(np.uint32)
+        keys.append(np.stack([cell, cell + np.uint32(1)]).reshape(shape))
+        offsets.append(np.stack([part, part - np.float32(1)]).reshape(shape))
+        parts.append(part)
     table = GRADIENTS[dimension]
-    mask = np.uint32(table.shape[1] - 1)
-    values: list[Float32] = []
-    for corner in itertools.product((0, 1), repeat=dimension):
-        offset = corner[::-1]  # the first coordinate changes fastest
-        h = hash_uints(*(c + np.uint32(o) for c, o in zip(cell, offset, strict=True))) & mask
-        value = table[0].take(h) * (part[0] - np.float32(offset[0]))
-        for axis in range(1, dimension):
-            value += table[axis].take(h) * (part[axis] - np.float32(offset[axis]))
-        values.append(value)
-    for axis in range(dimension):
-        t = _fade(part[axis])
-        values = [a + t * (b - a) for a, b in zip(values[::2], values[1::2], strict=True)]
-    return values[0]
+    h = hash_uints(*keys)
+    h &= np.uint32(table.shape[1] - 1)
+    index = h.view(np.int32)
+    values = table[0].take(index)
+    values *= offsets[0]
+    for axis in range(1, dimension):
+        slope = table[axis].take(index)
+        slope *= offsets[axis]
+        values += slope
+    for part in parts:
+        low, high = values[..., 0, :], values[..., 1, :]
+        values = low + _fade(part) * (high - low)
+    return values
 
 
 def signed_noise(point: Point) -> Float32:

@@ -143,6 +143,7 @@ class Entry:
         self.table = table
         self.outputs = [structure.roots[r] for r in roots]
         self.steps = needed_steps(structure.steps, self.outputs)
+        self._dead = dead_after(self.steps, self.outputs)
         self._size = sum(len(s.op.types) for s in structure.steps)
         used = {s.number for step in self.steps for s in step.args if s.constant}
         used |= {s.number for s in self.outputs if s.constant}
@@ -161,7 +162,7 @@ class Entry:
             constants = self._gathered(lanes)
         results: list[Any] = [None] * self._size
         shifts: dict[int, Any] = {0: lanes}
-        for what, static, shift, args, first in self.steps:
+        for (what, static, shift, args, first), dead in zip(self.steps, self._dead, strict=True):
             arrays = [constants[s.number] if s.constant else results[s.number] for s in args]
             if what.lanes:
                 if shift not in shifts:
@@ -173,6 +174,9 @@ class Entry:
                 results[first] = out
             else:
                 results[first : first + len(what.types)] = out
+            del arrays, out
+            for k in dead:
+                results[k] = None
         return [constants[s.number] if s.constant else results[s.number] for s in self.outputs]
 
     def _gathered(self, lanes: LanesLike) -> list[Any]:
@@ -204,3 +208,15 @@ def needed_steps(steps: Sequence[Step], outputs: Iterable[Slot]) -> list[Step]:
             kept.append(step)
             wanted |= {s.number for s in step.args if not s.constant}
     return kept[::-1]
+
+
+def dead_after(steps: Sequence[Step], outputs: Iterable[Slot]) -> list[list[int]]:
+    """Per step the results that nothing needs after it, so that their memory can go."""
+    kept = {s.number for s in outputs if not s.constant}
+    dead: list[list[int]] = []
+    for step in reversed(steps):
+        touched = {s.number for s in step.args if not s.constant}
+        touched |= {step.first + k for k in range(len(step.op.types))}
+        dead.append(sorted(touched - kept))
+        kept |= touched
+    return dead[::-1]
