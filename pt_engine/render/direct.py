@@ -97,7 +97,7 @@ class DirectMIS(Direct):
         self, scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, random: LaneSampler
     ) -> None:
         m = bsdf.smooth_count
-        if m and not not scene.has_emitters:
+        if m and scene.has_emitters:
             here = si.part(slice(0, m))
             light = scene.sample_emitter(here, random.emitter(0)[:, :m])
             value, pdf = bsdf.eval_pdf(light.wo)

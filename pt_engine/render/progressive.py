@@ -159,11 +159,11 @@ def in_parallel(
         return
     with ThreadPoolExecutor(threads, thread_name_prefix="pt_engine") as pool:
         pending: deque[Future[UnitResult]] = deque()
-        more = True
+        more, started = True, False
         while more or pending:
             while more and len(pending) <= threads:
-                unit = None if stop() else next(work, None)
-                more = unit is not None
+                unit = None if started and stop() else next(work, None)
+                more = started = unit is not None
                 if unit is not None:
                     pending.append(pool.submit(worker.render, unit))
             if pending:

@@ -99,7 +99,10 @@ def replay(scene: Scene, settings: RenderSettings, x: int, y: int, sample: int) 
     rays = worker.camera_rays(unit, lanes)
     recorder = Recorder(scene.for_unit(1))
     recorder.note("camera ray", origin=rays.o[:, 0] + scene.origin32[:, 0], direction=rays.d[:, 0])
-    radiance = integrator.sample(cast(Scene, recorder), rays, lanes)
+    gathered = integrator.sample(cast(Scene, recorder), rays, lanes)
+    radiance = worker.exposed(gathered)
+    if scene.exposure != 1:
+        recorder.note("film exposure", (radiance - gathered)[:, 0], factor=scene.exposure)
     return Replay((x, y), sample, recorder.events, radiance[:, 0])
 
 
@@ -150,8 +153,12 @@ class Recorder:
                     "found an emitter", path.L[:, 0] - before, **numbers, mis=weight, beta=path.beta[:, 0]
                 )
 
-    def shade(self, si: Surface, path: PathState, spans: list[tuple[int, slice]]) -> RecordedBSDF:
+    def shade(
+        self, si: Surface, path: PathState, spans: list[tuple[int, slice]]
+    ) -> ShadedBSDF | RecordedBSDF:
         bsdf = self._scene.shade(si, path, spans)
+        if si.size == 0:
+            return bsdf
         names = [c.bsdf.__name__.rsplit(".", 1)[-1] for _, part in bsdf.slices for c in part.closures]
         self.note("shaded", closures=", ".join(names), beta=path.beta[:, 0])
         return RecordedBSDF(bsdf, self)

@@ -37,8 +37,8 @@ def units(settings: RenderSettings, order: NDArray[np.int32]) -> Iterator[Unit]:
         count = min(LARGEST_PASS, max(1, done), settings.lanes)
         if settings.samples:
             count = min(count, settings.samples - done)
-        parts = -(-len(order) * count // settings.lanes)
-        for pixels in np.array_split(order, max(1, min(parts, len(order)))):
+        parts = -(-len(order) // (settings.lanes // count))
+        for pixels in np.array_split(order, max(1, parts)):
             yield Unit(pixels, settings.first_sample + done, count)
         done += count
 

@@ -52,8 +52,12 @@ class Worker:
         sampler = self.lane_sampler(unit)
         rays = self.camera_rays(unit, sampler)
         scene = self._scene.for_unit(rays.o.shape[1])
-        radiance = self._integrator.sample(scene, rays, sampler)
+        radiance = self.exposed(self._integrator.sample(scene, rays, sampler))
         return UnitResult(unit, radiance, scene.alpha, scene.rays)
+
+    def exposed(self, radiance: Float32) -> Float32:
+        """What the film takes of a radiance (3, N): all of it unless the file sets a film exposure."""
+        return radiance if self._scene.exposure == 1 else radiance * np.float32(self._scene.exposure)
 
     def lane_sampler(self, unit: Unit) -> LaneSampler:
         """Random numbers by (pixel of the full image, sample)."""

@@ -15,7 +15,7 @@ ON = "on"
 def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[str, str]:
     """Effect → "on", or "off: why"."""
     camera, lights, geometry = snapshot.camera, scene.lights.description, scene.geometry
-    batches = [scene.materials.batches[g.batch] for g in scene.groups]
+    batches = scene.used_batches
     needs = {need.split(":")[0] for b in batches for need in b.needs}
     rows = {
         "depth of field": (camera.aperture_radius > 0, "the camera has no aperture"),

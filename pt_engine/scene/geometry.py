@@ -114,7 +114,7 @@ def flatten(snapshot: Snapshot) -> Geometry:
         vertices[first_vertex[k] : first_vertex[k + 1]] = transformed(mesh.vertices, matrix)
         np.add(mesh.triangles, np.int32(first_vertex[k]), out=triangles[span])
         dropped += drop_invalid(vertices, triangles[span], first_vertex[k], first_vertex[k + 1])
-        flip = np.linalg.det(matrix[:3, :3]) < 0
+        flip = mirrors(matrix)
         pack_planes(vertices, triangles[span], records[span], flip)
         surface[span] = surfaces.numbers(mesh, instances.materials[k])
         integers[span, INSTANCE] = k
@@ -145,8 +145,11 @@ class SurfaceTable:
     def numbers(self, mesh: MeshData, materials: Int32) -> Int32:
         """Surface number of each of the mesh's triangles under an instance's materials by slot."""
         smooth = mesh.normals is not None
-        table = np.array([self._of(int(m), smooth) for m in materials], np.int32)
-        return table[np.clip(mesh.material_slot, 0, len(table) - 1)]
+        slot = np.clip(mesh.material_slot, 0, len(materials) - 1)
+        table = np.zeros(len(materials), np.int32)
+        for used in np.unique(slot):
+            table[used] = self._of(int(materials[used]), smooth)
+        return table[slot]
 
     def _of(self, material: int, smooth: bool) -> int:
         key = (material, smooth)
@@ -188,10 +191,17 @@ def _box(vertices: Float32) -> tuple[Float64, Float64] | None:
 def transformed(points: Float32, matrix: Float64) -> Float32:
     """(V, 3) points through a 4×4 matrix in float64, chunk by chunk."""
     out = np.empty(points.shape, np.float32)
-    for part in chunks(len(points)):
-        p = points[part].astype(np.float64)
-        out[part] = p @ matrix[:3, :3].T + matrix[:3, 3]
+    with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is dropped afterwards
+        for part in chunks(len(points)):
+            p = points[part].astype(np.float64)
+            out[part] = p @ matrix[:3, :3].T + matrix[:3, 3]
     return out
+
+
+def mirrors(matrix: Float64) -> bool:
+    """Whether a 4×4 matrix turns right hands into left ones."""
+    with np.errstate(invalid="ignore"):
+        return bool(np.linalg.det(matrix[:3, :3]) < 0)
 
 
 def pack_planes(vertices: Float32, triangles: Int32, records: Float32, flip: bool) -> None:

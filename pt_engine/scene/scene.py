@@ -94,6 +94,8 @@ class Scene:
     """See the module. Built by `prepare`."""
 
     camera: Camera
+    exposure: float = 1.0
+    lights_without_shadow: bool
     features: dict[str, str]
     coverage: list[Coverage]
     build_seconds: float
@@ -120,6 +122,7 @@ class Scene:
         self.film_transparent = film_transparent
         self.has_emitters = lights.description.total > 0
         self.used_materials = np.unique(geometry.surface_material[1:])
+        self.used_batches = [materials.batches[b] for b in np.unique(materials.batch_of[self.used_materials])]
         self.rays: Counter[str] = Counter()
         self.alpha: Float32 | None = None
         self._make_groups()
@@ -155,7 +158,7 @@ class Scene:
         passes = [batches[g.batch].has_transparency for g in self.groups]
         self.passes = np.array([*passes, False])
         self.transparent_surfaces = any(passes)
-        needs = self.world.needs.union(*(batches[g.batch].needs for g in self.groups))
+        needs = self.world.needs.union(*(batch.needs for batch in self.used_batches))
         reads_path = bool(needs & {"ray_kind", "depth", "transparent_depth"})
         # without these, nobody asks what became of a path before
         self.tracks_history = self.transparent_surfaces or reads_path
@@ -305,8 +308,13 @@ class Scene:
         tfar = light.distance * lit - ~lit  # −1 switches a ray off
         side = np.copysign(si.bound, vectors.dot(si.ng, light.wo))
         o = si.p + side * si.ng
+        free = np.flatnonzero(light.distance < 0) if self.lights_without_shadow else None
+        kept = None if free is None else contribution.take(free, axis=1)
         if self.transparent_surfaces:
-            return contribution * transmittance(self, o, light.wo, tfar, limit)
-        self.rays["shadow"] += int(np.count_nonzero(lit))
-        contribution.view(np.int32)[:] &= self.accel.visible(o, light.wo, tfar)
+            contribution *= transmittance(self, o, light.wo, tfar, limit)
+        else:
+            self.rays["shadow"] += int(np.count_nonzero(tfar > 0))
+            contribution.view(np.int32)[:] &= self.accel.visible(o, light.wo, tfar)
+        if kept is not None:
+            contribution[:, free] = kept
         return contribution

@@ -232,19 +232,19 @@ class CameraData:
         PERSP, ORTHO or PANO.
     frame : (4,) float
         left, right, bottom, top of the *full, uncropped* image: on the plane at distance 1 for PERSP,
-        in metres for ORTHO; (0, 1, 0, 1) for PANO. Shift, sensor fit, pixel aspect and zoom are in here
-        already.
+        in metres for ORTHO, in the coordinates of the projection for PANO (see `cameras/panoramic.py`).
+        Shift, sensor fit, pixel aspect and zoom are in here already.
     clip : tuple of 2
-        Near and far along the view axis.
+        Near and far along the view axis; from the eye in all directions for PANO.
     aperture_radius : float
         Of the thin lens, in metres; 0 for a pinhole.
     focus_distance : float
     panorama : str
-        Blender's name of a PANO's projection: EQUIRECTANGULAR, FISHEYE_EQUIDISTANT, FISHEYE_EQUISOLID ...
-    fisheye : (4,) float
-        Field of view (radians), focal length, width and height of the sensor (millimetres).
-    sphere : (4,) float
-        Longitudes at the left and right and latitudes at the bottom and top of an EQUIRECTANGULAR image.
+        Blender's name of a PANO's projection: EQUIRECTANGULAR, FISHEYE_EQUISOLID ...
+    fisheye_fov : float
+        Full angle of a fisheye in radians; outside of it the image is empty.
+    fisheye_polynomial : (5,) float
+        k₀ to k₄ of FISHEYE_LENS_POLYNOMIAL.
     blades, blade_rotation, aperture_ratio :
         Polygonal aperture (0 blades: round), its rotation in radians, and its anamorphic ratio.
     """
@@ -259,8 +259,8 @@ class CameraData:
     blade_rotation: float = 0.0
     aperture_ratio: float = 1.0
     panorama: str = ""
-    fisheye: tuple[float, float, float, float] = (float(np.pi), 10.5, 36.0, 24.0)
-    sphere: tuple[float, float, float, float] = (-np.pi, np.pi, -np.pi / 2, np.pi / 2)
+    fisheye_fov: float = float(np.pi)
+    fisheye_polynomial: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)

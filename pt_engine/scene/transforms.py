@@ -23,10 +23,7 @@ class Transforms:
 
     def __init__(self, matrix: Float64, origin: Float64) -> None:
         linear = matrix[:, :3, :3]
-        inverse = np.zeros_like(linear)
-        for k, m in enumerate(linear):
-            # a flattened object (zero scale) has no inverse; the pseudo-inverse keeps it finite
-            inverse[k] = np.linalg.pinv(m) if abs(np.linalg.det(m)) < 1e-30 else np.linalg.inv(m)
+        inverse = np.array([inverted(m) for m in linear]).reshape(-1, 3, 3)
         offset = -np.einsum("kij,kj->ki", inverse, matrix[:, :3, 3] - origin)
         self._linear = linear.reshape(-1, 9).astype(np.float32)
         self._inverse = inverse.reshape(-1, 9).astype(np.float32)
@@ -56,6 +53,18 @@ class Transforms:
     def location(self, instance: Int32) -> Float32:
         """(3, N) world position of each lane's object."""
         return np.ascontiguousarray(self._location.take(instance, axis=0).T)
+
+
+def inverted(m: Float64) -> Float64:
+    """Inverse of a 3×3 matrix; a flattened object (zero scale) is given a hair of thickness, as in Cycles."""
+    scale = float(np.abs(m).max()) if np.isfinite(m).all() else 0.0
+    if scale == 0.0:
+        return np.eye(3)
+    if abs(np.linalg.det(m / scale)) < 1e-24:
+        m = m + 1e-8 * scale * np.eye(3)
+    if abs(np.linalg.det(m / scale)) < 1e-30:
+        return np.linalg.pinv(m)
+    return np.linalg.inv(m)
 
 
 def _apply(m: Float32, w: Float32) -> Float32:
