@@ -2,7 +2,7 @@
 
     python scenes/make_demo.py out/demo.blend
 
-Glass, metal and plastic stand on a floor of inlaid terrazzo, lit by a sky and two soft boxes. The
+Glass, metal and plastic stand on a floor of inlaid terrazzo, lit by a sky and a soft box. The
 floor's texture and the sky are computed here and packed into the file, so the .blend stands alone. The
 floor is a checkerboard in log-polar coordinates, (ln r, θ), which keeps its diamonds similar at every
 distance from the middle. Runs under bpy 4.5 and 5.2.
@@ -124,6 +124,8 @@ def sky_picture(height=512):
     sky = sky + (lit - sky) * 0.6 * cover[..., None]
     for sharpness, strength in ((1500.0, 18.0), (200.0, 1.2), (20.0, 0.30)):
         sky = sky + np.exp((cosine - 1) * sharpness)[..., None] * strength * np.array([1.0, 0.60, 0.28])
+    window = np.exp((x * 0.80 - y * 0.42 + z * 0.43 - 1) * 9)  # cool light from the viewer's right
+    sky = sky + window[..., None] * np.array([1.3, 1.6, 2.0])
     return sky
 
 
@@ -355,8 +357,7 @@ def main(path):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     for build in (floor, plinth, suzanne, gate, glassware, metals, plastics, equation, sky, camera, settings):
         build()
-    soft_box("Key", (6.0, 6.0), 620, (1.0, 0.90, 0.78), (-5.0, -5.5, 5.5), (0, 0, 0.8))
-    soft_box("Fill", (4.0, 7.0), 300, (0.72, 0.84, 1.0), (6.5, -2.5, 4.0), (0, 0, 0.8))
+    soft_box("Key", (7.0, 7.0), 700, (1.0, 0.90, 0.78), (-5.0, -5.5, 5.5), (0, 0, 0.8))
     path.parent.mkdir(parents=True, exist_ok=True)
     bpy.context.preferences.filepaths.save_version = 0  # no demo.blend1
     bpy.ops.wm.save_as_mainfile(filepath=str(path.resolve()), compress=True)
