@@ -70,12 +70,12 @@ def index_of(f0: Float32) -> Float32:
 
 def dielectric_average(eta: Float32) -> Float32:
     """Hemispherical average: fits of Kulla and Conty 2017, "Revisiting Physically Based Shading"."""
-    above: Float32 = (eta >= 1.0).astype(eta.dtype)
-    below: Float32 = 1.0 - above
+    below: Float32 = (eta < 1.0).astype(eta.dtype)
     inner: Float32 = np.minimum(eta, 1.0)
-    average: Float32 = inner * (inner * (inner * -0.130607 - 0.965241) + 0.1014) + 0.997118
-    average *= below
-    average += above * (eta - 1.0) / (eta * 1.00071 + 4.08567)
+    inside = inner * (inner * (inner * -0.130607 - 0.965241) + 0.1014) + 0.997118
+    average: Float32 = (eta - 1.0) / (eta * 1.00071 + 4.08567)
+    np.maximum(average, 0.0, out=average)
+    average += below * inside
     return average
 
 

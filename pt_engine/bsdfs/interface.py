@@ -26,6 +26,7 @@ from .base import BSDFSample, Float32, Lobe, UInt8
 from .microfacet import Distribution, masking_ratio, roughness
 
 NARROWEST = 1e-4
+NO_INTERFACE = 1e-4  # |η − 1| below which there is nothing to refract, nor to mask
 
 
 class Split(NamedTuple):
@@ -103,6 +104,8 @@ def sample(
     b2 = b * b
     zi, ti = wi[2], model.stretched(wi, b2, b2)
     ratio = masking_ratio(zi, ti, np.abs(wo[2]), model.stretched(wo, b2, b2))
+    invisible = t * (np.abs(eta - 1.0) < NO_INTERFACE)
+    ratio += invisible * (1.0 - ratio)
     ratio *= (zi > 0) & (cos > 0) & (wo[2] * (r - t) > 0)
     chosen = split.probability * r + (1.0 - split.probability) * t
     weight = (split.reflected * r + split.transmitted * t) * (ratio / (chosen + (chosen <= 0)))

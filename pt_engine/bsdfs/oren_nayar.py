@@ -65,10 +65,10 @@ def _reflectance(params: Params, wi: Float32, wo: Float32) -> Float32:
     larger = np.maximum(np.maximum(cos_i, cos_o), 1e-9)  # s ≤ √… ≤ 1 there, so the quotient stays finite
     t = s / (larger + (1.0 - larger) * ~forward)
     average = a + b * (AVERAGE_G / PI)
-    missing = 1.0 - average
-    scale: Float32 = color * color
-    scale *= average / np.maximum(missing, 1e-9)  # where nothing is missing, nothing is lost
-    scale /= 1.0 - color * missing
+    # where nothing is missing, nothing is lost either
+    missing: Float32 = np.maximum(1.0 - average, 1e-9)
+    scale: Float32 = color * color * average / missing
+    scale = scale / (1.0 - color * missing)
     lost: Float32 = (1.0 - _albedo(a, b, cos_i)) * (1.0 - _albedo(a, b, cos_o))
     f: Float32 = scale * lost
     f += a + b * t

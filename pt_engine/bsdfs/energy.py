@@ -1,0 +1,185 @@
+"""Light that bounces between facets, and how much a rough gloss reflects in all: tables, interpolated.
+
+A single-scattering model loses what hits a second facet: white facets reflect E(cosθ) < 1. Kulla and Conty
+2017 ("Revisiting Physically Based Shading at Imageworks") give it back with the colour of repeated
+reflection; as in Cycles it goes onto the single-scattering lobe as a factor,
+
+    gain = 1 + Fms (1 − E)/E        Fms = F̄ Ē/(1 − F̄ (1 − Ē))
+
+F̄ being the facets' reflectance and Ē that of the surface, averaged over the hemisphere. The factor depends
+on wi alone, so it belongs in the closure's weight. It is not reciprocal, as in Cycles.
+
+`make_tables` made the tables, and says what each holds.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .base import Float32
+
+Int32 = NDArray[np.int32]
+
+
+def reflection_gain(alpha_x: Float32, alpha_y: Float32 | None, cos_i: Float32, average: Float32) -> Float32:
+    """Factor for the weight of a GGX reflection.
+
+    Parameters
+    ----------
+    alpha_x, alpha_y : (N,) or (1,) float32
+    cos_i : (N,) float32
+    average : (3, N), (3, 1) or (1, 1) float32
+        Hemispherical average of the facets' reflectance (e.g. `conductor.average`).
+
+    Returns
+    -------
+    (3, N) or (1, N) float32, ≥ 1
+    """
+    rough = table_roughness(alpha_x, alpha_y)
+    return _gain(_lookup("reflection", rough, cos_i), _row("reflection_average", rough), average)
+
+
+def reflection_albedo(alpha_x: Float32, alpha_y: Float32 | None, cos_i: Float32) -> Float32:
+    """E(cosθ) of white facets: (N,)."""
+    return _lookup("reflection", table_roughness(alpha_x, alpha_y), cos_i)
+
+
+def glass_gain(alpha: Float32, eta: Float32, cos_i: Float32, average: Float32) -> Float32:
+    """Factor for the weight of GGX glass; `average` is its transmission's colour (as Cycles)."""
+    rough = table_roughness(alpha, None)
+    inside: Int32 = (eta < 1.0).astype(np.int32)
+    albedo = _lookup3("glass", rough, _index_axis(eta), inside, cos_i)
+    return _gain(albedo, _row2("glass_average", rough, _index_axis(eta), inside), average)
+
+
+def gloss(alpha_x: Float32, alpha_y: Float32 | None, eta: Float32, cos_i: Float32) -> Float32:
+    """s of a rough dielectric's reflectance F0 + (1 − F0) s toward the viewer: (N,)."""
+    nowhere = np.zeros(1, np.int32)
+    return _lookup3("gloss", table_roughness(alpha_x, alpha_y), _index_axis(eta), nowhere, cos_i)
+
+
+def passed(alpha: Float32, eta: Float32, cos: Float32) -> Float32:
+    """Share of the light at cosθ that enters a dielectric, η > 1: (N,)."""
+    return _lookup3("passed", table_roughness(alpha, None), _index_axis(eta), np.zeros(1, np.int32), cos)
+
+
+def inner_reflectance(alpha: Float32, eta: Float32) -> Float32:
+    """Share of diffuse light inside a dielectric (η > 1) that its surface sends back: (N,) or (1,)."""
+    return _row2("inner_average", table_roughness(alpha, None), _index_axis(eta), np.zeros(1, np.int32))
+
+
+def table_roughness(alpha_x: Float32, alpha_y: Float32 | None) -> Float32:
+    """(αx αy)^¼, the tables' first axis."""
+    root: Float32 = np.sqrt(alpha_x) if alpha_y is None else np.sqrt(np.sqrt(alpha_x * alpha_y))
+    return root
+
+
+def _gain(albedo: Float32, albedo_average: Float32, average: Float32) -> Float32:
+    floor: Float32 = np.maximum(albedo, 1e-3)
+    missing: Float32 = (1.0 - albedo) / floor
+    average = np.minimum(average, 1.0)
+    lost: Float32 = 1.0 - albedo_average
+    multiple: Float32 = average * albedo_average
+    multiple = multiple / (1.0 - average * lost)
+    return 1.0 + multiple * missing
+
+
+def _index_axis(eta: Float32) -> Float32:
+    """z = √|(η − 1)/(η + 1)|."""
+    z: Float32 = np.sqrt(np.abs((eta - 1.0) / (eta + 1.0)))
+    return z
+
+
+# ------------------------------------------------------------------------- interpolation
+#
+# Linear along each axis, in one order for constants and for lanes, so that a lane's result has the same
+# bits whether its parameters come as an array or as one number.
+
+
+@cache
+def _tables() -> dict[str, Float32]:
+    with np.load(Path(__file__).with_name("tables.npz"), allow_pickle=False) as file:
+        return {name: np.ascontiguousarray(file[name], np.float32) for name in file.files}
+
+
+def _cell(x: Float32, size: int) -> tuple[Int32, Float32]:
+    """The node below x in [0, 1] on an axis of `size` nodes, and how far x is beyond it."""
+    at = np.minimum(np.maximum(x, 0.0), 1.0) * np.float32(size - 1)
+    index = np.minimum(at.astype(np.int32), size - 2)
+    fraction: Float32 = (at - index).astype(np.float32)
+    return index, fraction
+
+
+def _lerp(table: Float32, first: Int32, second: Int32, t: Float32) -> Float32:
+    low = table.take(first, mode="clip")
+    blended: Float32 = low + t * (table.take(second, mode="clip") - low)
+    return blended
+
+
+def _row(name: str, x: Float32) -> Float32:
+    table = _tables()[name]
+    i, t = _cell(x, len(table))
+    return _lerp(table, i, i + 1, t)
+
+
+def _lookup(name: str, x: Float32, y: Float32) -> Float32:
+    """Table [X, Y]: first along x, then along y."""
+    table = _tables()[name]
+    columns = table.shape[1]
+    i, t = _cell(x, table.shape[0])
+    j, u = _cell(y, columns)
+    table = table.ravel()
+    if i.size == 1:  # one roughness: blend two rows once
+        nodes = np.arange(columns, dtype=np.int32)
+        row = _lerp(table, i * columns + nodes, (i + 1) * columns + nodes, t)
+        return _lerp(row, j, j + 1, u)
+    base = i * columns + j
+    low = _lerp(table, base, base + columns, t)
+    high = _lerp(table, base + 1, base + columns + 1, t)
+    value: Float32 = low + u * (high - low)
+    return value
+
+
+def _row2(name: str, x: Float32, z: Float32, block: Int32) -> Float32:
+    """Table [X, blocks of 16 Z]: along x, then z within the block."""
+    table = _tables()[name]
+    width = table.shape[1]
+    i, t = _cell(x, table.shape[0])
+    k, v = _cell(z, 16)
+    base = i * width + k + 16 * block
+    table = table.ravel()
+    low = _lerp(table, base, base + width, t)
+    high = _lerp(table, base + 1, base + width + 1, t)
+    value: Float32 = low + v * (high - low)
+    return value
+
+
+def _lookup3(name: str, x: Float32, z: Float32, block: Int32, y: Float32) -> Float32:
+    """Table [X, blocks of 16 Z, Y]: along x, then z within the block, then y."""
+    table = _tables()[name]
+    width, columns = table.shape[1:]
+    i, t = _cell(x, table.shape[0])
+    k, v = _cell(z, 16)
+    j, u = _cell(y, columns)
+    table = table.ravel()
+    base = (i * width + k + 16 * block) * columns
+    if base.size == 1:  # one roughness and index: blend four rows once
+        base = base + np.arange(columns, dtype=np.int32)
+        row = _plane(table, base, width * columns, columns, t, v)
+        return _lerp(row, j, j + 1, u)
+    base = base + j
+    low = _plane(table, base, width * columns, columns, t, v)
+    high = _plane(table, base + 1, width * columns, columns, t, v)
+    value: Float32 = low + u * (high - low)
+    return value
+
+
+def _plane(table: Float32, base: Int32, step_x: int, step_z: int, t: Float32, v: Float32) -> Float32:
+    low = _lerp(table, base, base + step_x, t)
+    high = _lerp(table, base + step_z, base + step_x + step_z, t)
+    value: Float32 = low + v * (high - low)
+    return value
