@@ -125,8 +125,7 @@ def sky_picture(height=512):
     for sharpness, strength in ((1500.0, 18.0), (200.0, 1.2), (20.0, 0.30)):
         sky = sky + np.exp((cosine - 1) * sharpness)[..., None] * strength * np.array([1.0, 0.60, 0.28])
     window = np.exp((x * 0.80 - y * 0.42 + z * 0.43 - 1) * 9)  # cool light from the viewer's right
-    sky = sky + window[..., None] * np.array([1.3, 1.6, 2.0])
-    return sky
+    return sky + window[..., None] * np.array([1.3, 1.6, 2.0])
 
 
 # ---------------------------------------------------------------- materials
