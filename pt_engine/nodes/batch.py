@@ -126,7 +126,7 @@ class Batch:
         for shape, module in zip(self._shapes, self._modules, strict=True):
             known = {name: self._closures.constant(k) for name, k in shape.params}
             fixed = all(value is not None for value in known.values())
-            made.append(module.Params(**known) if fixed else None)
+            made.append(_params(module, known) if fixed else None)
         return made
 
     def _fixed_closures(self) -> list[Closure] | None:
@@ -139,7 +139,7 @@ class Batch:
     def _closure(self, number: int, values: Sequence[Float32 | None], ns: Float32 | None) -> Closure:
         shape, module, params = self._shapes[number], self._modules[number], self._params[number]
         if params is None:
-            params = module.Params(**{name: values[k] for name, k in shape.params})
+            params = _params(module, {name: values[k] for name, k in shape.params})
         normal = values[shape.normal] if shape.normal >= 0 else None
         tangent = values[shape.tangent] if shape.tangent >= 0 else None
         weight = values[shape.weight]
@@ -175,6 +175,12 @@ class Batch:
         if fixed is None:
             return self.table.varying[self.table.column[slot.number]]
         return np.repeat(fixed, len(self.materials), axis=1)
+
+
+def _params(module: ModuleType, known: dict[str, Float32 | None]) -> Any:
+    """A model's parameters; those that a closure does not name and that have no default are None."""
+    absent = set(module.Params._fields) - set(module.Params._field_defaults) - set(known)
+    return module.Params(**known, **dict.fromkeys(absent))
 
 
 def _single(entry: Entry | None, lanes: LanesLike) -> Float32 | None:

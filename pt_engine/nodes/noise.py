@@ -82,7 +82,8 @@ def _perlin_block(point: Point) -> Float32:
     for part in parts:
         low, high = values[..., 0, :], values[..., 1, :]
         values = low + _fade(part) * (high - low)
-    return values
+    out: Float32 = values
+    return out
 
 
 def signed_noise(point: Point) -> Float32:

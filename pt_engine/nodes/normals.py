@@ -208,50 +208,7 @@ def facing_normal(lanes: Any, normal: Float32) -> Float32:
     return usable(unit(np.broadcast_to(normal, (3, lanes.n))), lanes.ns)
 
 
-@lane_op(VECTOR)
-def reflecting_normal(lanes: Any, *normal: Float32) -> Float32:
-    """The normal, raised toward the face's where the mirror direction would dip below the face.
-
-    With t the least cosine the mirror direction may have, X the part of N orthogonal to Ng and
-    I = wi: the raised N' = (N'_x, N'_z) in (X, Ng) solves 2 (N'·I) N'_z − I_z = t, a quadratic in N'_z².
-    """
-    n = usable(unit(np.broadcast_to(normal[0], (3, lanes.n))), lanes.ns) if normal else lanes.ns
-    ng, wi = lanes.ng, lanes.wi
-    if n is ng:
-        out: Float32 = n
-        return out
-    iz = vectors.dot(wi, ng)
-    t = np.minimum(np.float32(0.9) * iz, np.float32(0.01))
-    mirrored = 2 * vectors.dot(n, wi) * vectors.dot(n, ng) - iz
-    low = np.flatnonzero(mirrored < t)
-    if len(low) == 0:
-        return n
-    out = np.array(n)
-    out[:, low] = _raised(n[:, low], ng[:, low], wi[:, low], iz[low], t[low])
-    return out
-
-
-def _raised(n: Float32, ng: Float32, wi: Float32, iz: Float32, t: Float32) -> Float32:
-    x_axis = n - vectors.dot(n, ng) * ng
-    size = vectors.length(x_axis)
-    x_axis = x_axis / (size + (size == 0))
-    ix = vectors.dot(wi, x_axis)
-    a = np.maximum(ix * ix + iz * iz, np.float32(1e-12))
-    b = 2 * (a + iz * t)
-    c = (t + iz) ** 2
-    root = np.sqrt(np.maximum(b * b - 4 * a * c, 0))
-    nz2 = np.clip(np.float32(0.25) * (b - np.copysign(root, ix)) / a, 0, 1)
-    out: Float32 = np.sqrt(1 - nz2) * x_axis + np.sqrt(nz2) * ng
-    return out
-
-
 def closure_normal(n: NodeView, name: str = "Normal") -> Value | None:
-    """A diffuse closure's normal; None for the shading normal."""
+    """A closure's normal; None for the shading normal. The scene raises it where it mirrors into the face."""
     linked = n.normal(name)
     return None if linked is None else n.call(facing_normal, linked)
-
-
-def glossy_normal(n: NodeView, name: str = "Normal") -> Value | None:
-    """A glossy closure's normal, valid for reflection (the shading normal itself where that is valid)."""
-    linked = n.normal(name)
-    return n.call(reflecting_normal) if linked is None else n.call(reflecting_normal, linked)

@@ -14,16 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bsdfs import fresnel as law
-from ..bsdfs import specular
 from ..core import vectors
 from .color_nodes import saturate_color
+from .energy_nodes import glass_gained, gloss_layer, tinted_average
 from .graph import NodeView
-from .ir import COLOR, FLOAT, Const, Op, Value, lane_op, op
+from .ir import COLOR, FLOAT, Const, Value, lane_op, op
 from .math_nodes import saturate, select
-from .normals import closure_normal, glossy_normal
+from .normals import closure_normal
 from .registry import shader
 from .roughness import Rough, anisotropic, principled_alphas, squared
-from .shaders import add_diffuse, add_gloss, relative_index
+from .shaders import add_diffuse, add_metal, is_multiscatter, relative_index
 from .surface import SurfaceBuilder, at_least_zero, is_zero
 
 Float32 = NDArray[np.float32]
@@ -31,17 +31,6 @@ DIFFUSE_MINIMUM: Final = 1e-5  # Cycles leaves out layers of less weight
 
 
 # ------------------------------------------------------------------ what the layers leave
-
-
-@lane_op(FLOAT)
-def under_gloss(lanes: Any, tinted: bool, rough: Float32, eta: Float32, *rest: Float32) -> Float32:
-    """1 − the largest component of the gloss's directional albedo."""
-    tint = rest[0] if tinted else None
-    normal = rest[-1] if len(rest) > tinted else lanes.ns
-    cos = np.maximum(vectors.dot(lanes.wi, normal), np.float32(1e-4))
-    reflected = specular.facets(specular.Params(rough, None, eta, tint))(cos)
-    left: Float32 = np.clip(1 - reflected.max(axis=0), 0, 1)
-    return left
 
 
 @lane_op(COLOR)
@@ -88,7 +77,7 @@ class Layers:
 
     def __init__(self, n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
         self.n, self.weight, self.out, self.b = n, weight, out, n.builder
-        self.normal = glossy_normal(n)
+        self.normal, self.multiscatter = closure_normal(n), is_multiscatter(n)
         self.base = n.color("Base Color", 0.8)
         self.clamped = n.call(saturate_color, self.base)
         self.ior = n.call(at_least, n.float("IOR", 1.5), n.constant(DIFFUSE_MINIMUM, FLOAT))
@@ -104,11 +93,6 @@ class Layers:
         """Scale what is left."""
         self.weight = self.b.multiply(self.weight, share)
 
-    def call(self, what: Op, *args: Value, static: tuple[Any, ...] = ()) -> Value:
-        """An op on values and, where it is linked, the normal."""
-        normal = () if self.normal is None else (self.normal,)
-        return self.n.call(what, *args, *normal, static=static)
-
     def transparency(self) -> None:
         alpha = self.n.call(saturate, self.n.float("Alpha", 1.0))
         self.out.add_transparent(self.b.multiply(self.weight, self.b.complement(alpha)))
@@ -122,13 +106,13 @@ class Layers:
         n, share = self.n, self.share("Coat Weight")
         if is_zero(share):
             return
-        normal = glossy_normal(n, "Coat Normal")
+        normal = closure_normal(n, "Coat Normal")
         eta = n.call(at_least, n.float("Coat IOR", 1.5), n.constant(1.0, FLOAT))
         rough = Rough(n.call(squared, n.float("Coat Roughness", 0.03)))
-        params = {"alpha_x": rough.alpha_x, "alpha_y": rough.alpha_x, "eta": eta}
-        self.out.add("specular", params, self.b.multiply(self.weight, share), normal, None, rough.is_smooth)
+        gain, under = gloss_layer(n, rough, eta, n.constant(1.0, COLOR), normal, multiscatter=True)
+        weight = self.b.multiply(self.b.multiply(self.weight, share), gain)
+        self.out.add("specular", rough.params() | {"eta": eta}, weight, normal, None, rough.is_smooth)
         extra = () if normal is None else (normal,)
-        under = n.call(under_gloss, rough.alpha_x, eta, *extra, static=(False,))
         self.leave(n.call(coat_share, share, under))
         tint = n.color("Coat Tint", 1.0)
         if not (isinstance(tint, Const) and tint.is_all(1)):
@@ -147,7 +131,8 @@ class Layers:
         if not is_zero(share):
             edge = self.n.call(saturate_color, self.tint)
             weight = self.b.multiply(self.weight, share)
-            add_gloss(self.n, self.out, weight, rough, color=self.clamped, edge_tint=edge)
+            average = self.n.call(tinted_average, self.clamped, edge) if self.multiscatter else None
+            add_metal(self.n, self.out, weight, rough, average, color=self.clamped, edge_tint=edge)
             self.leave(self.b.complement(share))
 
     def glass(self) -> None:
@@ -157,14 +142,13 @@ class Layers:
         if n.prop("Thin Wall", False) or not is_zero(n.float("Thin Wall")):
             n.approximate("thin walls refract like solid glass")
         rough = Rough(n.call(squared, n.float("Roughness", 0.5)))
-        params = {
-            "alpha": rough.alpha_x,
-            "eta": n.call(relative_index, self.ior),
-            "transmission_tint": n.call(root, self.clamped),
-        }
+        through, eta = n.call(root, self.clamped), n.call(relative_index, self.ior)
+        params = {"alpha": rough.alpha_x, "eta": eta, "transmission_tint": through}
         if not (isinstance(self.tint, Const) and self.tint.is_all(1)):
             params["specular_tint"] = self.tint
         weight = self.b.multiply(self.weight, share)
+        if self.multiscatter:
+            weight = glass_gained(n, weight, rough, eta, through, self.normal)
         self.out.add("dielectric", params, weight, self.normal, dirac=rough.is_smooth)
         self.leave(self.b.complement(share))
 
@@ -173,17 +157,13 @@ class Layers:
         eta = n.call(leveled_index, self.ior, n.float("Specular IOR Level", 0.5))
         if isinstance(eta, Const) and eta.is_all(1):
             return
-        tinted = not (isinstance(self.tint, Const) and self.tint.is_all(1))
-        params = {
-            "alpha_x": rough.alpha_x,
-            "alpha_y": rough.alpha_x if rough.alpha_y is None else rough.alpha_y,
-            "eta": eta,
-        }
-        if tinted:
+        params = rough.params() | {"eta": eta}
+        if not (isinstance(self.tint, Const) and self.tint.is_all(1)):
             params["tint"] = self.tint
-        self.out.add("specular", params, self.weight, self.normal, rough.tangent, rough.is_smooth)
-        extra = (self.tint,) if tinted else ()
-        self.leave(self.call(under_gloss, rough.alpha_x, eta, *extra, static=(tinted,)))
+        gain, left = gloss_layer(n, rough, eta, self.tint, self.normal, self.multiscatter)
+        weight = self.b.multiply(self.weight, gain)
+        self.out.add("specular", params, weight, self.normal, rough.tangent, rough.is_smooth)
+        self.leave(left)
 
     def diffuse(self) -> None:
         n = self.n

@@ -53,7 +53,8 @@ def glossy_alphas(roughness: Float32, anisotropy: Float32) -> tuple[Float32, Flo
     a = np.clip(anisotropy, -0.99, 0.99)
     near = 1 - np.abs(a)
     positive = a >= 0
-    return select(positive, alpha * near, alpha / near), select(positive, alpha / near, alpha * near)
+    wide = np.minimum(alpha / near, 1)
+    return select(positive, alpha * near, wide), select(positive, wide, alpha * near)
 
 
 @op(FLOAT, FLOAT)
@@ -61,7 +62,7 @@ def principled_alphas(roughness: Float32, anisotropic: Float32) -> tuple[Float32
     """Principled's and Metallic's: α/s and α·s, s = √(1 − 0.9 a)."""
     alpha: Float32 = np.clip(roughness, 0, 1) ** 2
     aspect: Float32 = np.sqrt(1 - np.clip(anisotropic, 0, 1) * np.float32(0.9))
-    return alpha / aspect, alpha * aspect
+    return np.minimum(alpha / aspect, 1), alpha * aspect
 
 
 @lane_op(VECTOR)

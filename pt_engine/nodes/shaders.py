@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .energy_nodes import complex_average, gained, glass_gained, gloss_layer, tinted_average
 from .graph import NodeView
 from .ir import COLOR, FLOAT, Const, Value, lane_op
 from .math_nodes import saturate
-from .normals import closure_normal, glossy_normal
+from .normals import closure_normal
 from .registry import shader
 from .roughness import Rough, anisotropic, glossy_alphas, isotropic, principled_alphas
 from .surface import SurfaceBuilder, is_zero
@@ -91,7 +92,7 @@ def diffuse(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
 @shader("BsdfTranslucent")
 def translucent(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     weight = n.builder.multiply(weight, n.color("Color", 0.8))
-    out.add("translucent", {}, weight, glossy_normal(n))
+    out.add("translucent", {}, weight, closure_normal(n))
 
 
 @shader("SubsurfaceScattering")
@@ -110,7 +111,13 @@ def toon(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
         out.add("diffuse", {}, weight, closure_normal(n))
     else:
         rough = isotropic(n, name="Size")
-        out.add("conductor", rough.params(), weight, glossy_normal(n))
+        out.add("conductor", rough.params(), weight, closure_normal(n))
+
+
+@shader("BsdfSheen", "BsdfVelvet")
+def sheen(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    n.approximate("diffuse instead of brightening toward the rim")
+    out.add("diffuse", {}, n.builder.multiply(weight, n.color("Color", 0.8)), closure_normal(n))
 
 
 @shader("BsdfHair", "BsdfHairPrincipled")
@@ -136,42 +143,62 @@ def eevee_specular(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
 # ------------------------------------------------------------------ glossy
 
 
-def metal_model(n: NodeView) -> str:
+def metal_model(n: NodeView, default: str = "MULTI_GGX") -> str:
     """The reflection model of a node's distribution."""
-    distribution = n.prop("distribution", "GGX")
+    distribution = n.prop("distribution", default)
     if distribution == "ASHIKHMIN_SHIRLEY":
         n.approximate("Ashikhmin-Shirley highlights are GGX's")
     return "conductor_beckmann" if distribution == "BECKMANN" else "conductor"
 
 
-def add_gloss(n: NodeView, out: SurfaceBuilder, weight: Value, rough: Rough, **fresnel: Value) -> None:
-    """A microfacet reflection."""
-    params = rough.params() | fresnel
-    out.add(metal_model(n), params, weight, glossy_normal(n), rough.tangent, rough.is_smooth)
+def is_multiscatter(n: NodeView, default: str = "MULTI_GGX") -> bool:
+    """Whether light that bounces between facets is kept."""
+    return bool(n.prop("distribution", default) == "MULTI_GGX")
+
+
+def add_metal(
+    n: NodeView, out: SurfaceBuilder, weight: Value, rough: Rough, average: Value | None, **fresnel: Value
+) -> None:
+    """A microfacet reflection; `average` is its facets' mean reflectance, None for single scattering."""
+    normal = closure_normal(n)
+    if average is not None:
+        weight = gained(n, weight, rough, average, normal)
+    out.add(metal_model(n), rough.params() | fresnel, weight, normal, rough.tangent, rough.is_smooth)
 
 
 @shader("BsdfGlossy", "BsdfAnisotropic")
 def glossy(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    weight = n.builder.multiply(weight, n.color("Color", 0.8))
+    color = n.color("Color", 0.8)
+    weight = n.builder.multiply(weight, color)
     if is_zero(weight):
         return
-    rough = anisotropic(n, glossy_alphas, ("Anisotropy", "Rotation"), glossy_normal(n))
-    add_gloss(n, out, weight, rough)
+    rough = anisotropic(n, glossy_alphas, ("Anisotropy", "Rotation"), closure_normal(n))
+    add_metal(n, out, weight, rough, out.positive(color) if is_multiscatter(n) else None)
 
 
 @shader("BsdfMetallic")
 def metallic(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    clamped = saturate_color()
-    rough = anisotropic(n, principled_alphas, ("Anisotropy", "Rotation"), glossy_normal(n))
+    clamped, many = saturate_color(), is_multiscatter(n)
+    rough = anisotropic(n, principled_alphas, ("Anisotropy", "Rotation"), closure_normal(n))
     note_thin_film(n)
     if n.prop("fresnel_type", "F82") == "PHYSICAL_CONDUCTOR":
         eta = n.builder.convert(n.vector("IOR", (2.757, 2.513, 2.231)), COLOR)
         k = n.builder.convert(n.vector("Extinction", (3.867, 3.404, 3.009)), COLOR)
-        add_gloss(n, out, weight, rough, eta=eta, k=k)
+        average = n.call(complex_average, eta, k) if many else None
+        add_metal(n, out, weight, rough, average, eta=eta, k=k)
         return
     color = n.call(clamped, n.color("Base Color", (0.617, 0.577, 0.540)))
     tint = n.call(clamped, n.color("Edge Tint", (0.695, 0.726, 0.770)))
-    add_gloss(n, out, weight, rough, color=color, edge_tint=tint)
+    average = n.call(tinted_average, color, tint) if many else None
+    add_metal(n, out, weight, rough, average, color=color, edge_tint=tint)
+
+
+@shader("PtConductor")
+def pt_conductor(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    eta, k = n.color("Eta", (0.2, 0.92, 1.1)), n.color("K", (3.9, 2.45, 2.14))
+    rough, normal = isotropic(n, 0.0), closure_normal(n)
+    params = rough.params() | {"color": n.color("Color", 1.0), "eta": eta, "k": k}
+    out.add(metal_model(n, "GGX"), params, weight, normal, dirac=rough.is_smooth)
 
 
 def note_thin_film(n: NodeView) -> None:
@@ -179,12 +206,6 @@ def note_thin_film(n: NodeView) -> None:
     thickness = n.node.inputs.get("Thin Film Thickness")
     if thickness is not None and thickness != 0:
         n.approximate("no colours of a thin film")
-
-
-@shader("PtConductor")
-def pt_conductor(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    eta, k = n.color("Eta", (0.2, 0.92, 1.1)), n.color("K", (3.9, 2.45, 2.14))
-    add_gloss(n, out, weight, isotropic(n, 0.0), color=n.color("Color", 1.0), eta=eta, k=k)
 
 
 # ------------------------------------------------------------------ glass
@@ -199,27 +220,33 @@ def relative_index(lanes: Any, ior: Float32) -> Float32:
 
 
 def add_glass(
-    n: NodeView, out: SurfaceBuilder, kind: str, weight: Value, rough: Rough, ior: Value, **more: Value
+    n: NodeView, out: SurfaceBuilder, kind: str, weight: Value, rough: Rough, eta: Value, **more: Value
 ) -> None:
-    """Glass or refraction; a Dirac lobe where the roughness is constantly 0 (or the index 1)."""
+    """Glass or refraction; a Dirac lobe where the roughness is constantly 0."""
     if n.prop("distribution", "GGX") == "BECKMANN":
         kind += "_beckmann"
-    eta = n.call(relative_index, ior)
     params = {"alpha": rough.alpha_x, "eta": eta} | more
-    out.add(kind, params, weight, glossy_normal(n), dirac=rough.is_smooth)
+    out.add(kind, params, weight, closure_normal(n), dirac=rough.is_smooth)
 
 
 @shader("BsdfGlass")
 def glass(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    weight = n.builder.multiply(weight, n.color("Color", 1.0))
+    color = n.color("Color", 1.0)
+    weight = n.builder.multiply(weight, color)
+    if is_zero(weight):
+        return
     note_thin_film(n)
-    add_glass(n, out, "dielectric", weight, isotropic(n, 0.0), n.float("IOR", 1.5))
+    rough, eta = isotropic(n, 0.0), n.call(relative_index, n.float("IOR", 1.5))
+    if is_multiscatter(n):
+        weight = glass_gained(n, weight, rough, eta, out.positive(color), closure_normal(n))
+    add_glass(n, out, "dielectric", weight, rough, eta)
 
 
 @shader("BsdfRefraction")
 def refraction(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     weight = n.builder.multiply(weight, n.color("Color", 1.0))
-    add_glass(n, out, "refraction", weight, isotropic(n, 0.0), n.float("IOR", 1.45))
+    eta = n.call(relative_index, n.float("IOR", 1.45))
+    add_glass(n, out, "refraction", weight, isotropic(n, 0.0), eta)
 
 
 @shader("PtDielectric")
@@ -232,4 +259,18 @@ def pt_dielectric(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
         )
         if socket in n.node.inputs
     }
-    add_glass(n, out, "dielectric", weight, isotropic(n, 0.0), n.float("IOR", 1.5), **tints)
+    eta = n.call(relative_index, n.float("IOR", 1.5))
+    add_glass(n, out, "dielectric", weight, isotropic(n, 0.0), eta, **tints)
+
+
+@shader("PtRoughPlastic")
+def pt_rough_plastic(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
+    """A dielectric gloss over a diffuse base that gets what the gloss does not reflect toward the viewer."""
+    b, normal, rough = n.builder, closure_normal(n), isotropic(n, 0.3)
+    eta, tint = n.float("IOR", 1.5), n.constant(1.0, COLOR)
+    gain, left = gloss_layer(n, rough, eta, tint, normal, is_multiscatter(n))
+    out.add(
+        "specular", rough.params() | {"eta": eta}, b.multiply(weight, gain), normal, None, rough.is_smooth
+    )
+    n.approximate("the base is dimmed by the gloss toward the viewer only, not toward the light")
+    out.add("diffuse", {}, b.multiply(b.multiply(weight, left), n.color("Color", 0.5)), normal)

@@ -1,0 +1,142 @@
+"""What rough closures gain by light that bounces between facets, and what gloss leaves to the layers below.
+
+The models are in `bsdfs.energy`; here are the ops, split so that what depends on constants alone is folded.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..bsdfs import conductor, energy
+from ..bsdfs import fresnel as law
+from ..core import vectors
+from .graph import NodeView
+from .ir import COLOR, FLOAT, Const, Op, Value, lane_op, op
+from .roughness import Rough
+
+Float32 = NDArray[np.float32]
+GRAZING: Final = np.float32(1e-4)
+
+
+@lane_op(FLOAT)
+def viewer_cosine(lanes: Any, *normal: Float32) -> Float32:
+    """Cosine between the viewer and the normal, kept positive."""
+    return np.maximum(vectors.dot(lanes.wi, normal[0] if normal else lanes.ns), GRAZING)
+
+
+def cosine(n: NodeView, normal: Value | None) -> Value:
+    """The viewer's cosine against a normal (None: the shading normal)."""
+    return n.call(viewer_cosine) if normal is None else n.call(viewer_cosine, normal)
+
+
+# ------------------------------------------------------------------ gains
+
+
+def _alphas(has_y: bool, values: tuple[Float32, ...]) -> tuple[Float32, Float32 | None]:
+    return values[0], values[1] if has_y else None
+
+
+@op(COLOR)
+def reflection_gain(has_y: bool, average: Float32, cos: Float32, *alphas: Float32) -> Float32:
+    """`energy.reflection_gain` for facets of some average reflectance."""
+    gain = energy.reflection_gain(*_alphas(has_y, alphas), cos, average)
+    return np.broadcast_to(gain, (3, gain.shape[1]))
+
+
+@op(COLOR)
+def glass_gain(average: Float32, cos: Float32, alpha: Float32, eta: Float32) -> Float32:
+    """`energy.glass_gain` for glass of some colour."""
+    return energy.glass_gain(alpha, eta, cos, average)
+
+
+@op(COLOR)
+def tinted_average(color: Float32, edge_tint: Float32) -> Float32:
+    """Mean reflectance of F82 metal."""
+    return np.broadcast_to(conductor.average(_metal(color=color, edge_tint=edge_tint)), color.shape)
+
+
+@op(COLOR)
+def complex_average(eta: Float32, k: Float32) -> Float32:
+    """Mean reflectance of a conductor of complex index."""
+    return np.asarray(conductor.average(_metal(eta=eta, k=k)))
+
+
+def _metal(**fresnel: Float32) -> conductor.Params:
+    return conductor.Params(alpha_x=np.ones(1, np.float32), **fresnel)
+
+
+def gained(n: NodeView, weight: Value, rough: Rough, average: Value, normal: Value | None) -> Value:
+    """A reflection's weight with what its facets' interreflection adds."""
+    if rough.is_smooth:
+        return weight
+    alphas = [rough.alpha_x] if rough.alpha_y is None else [rough.alpha_x, rough.alpha_y]
+    static = (rough.alpha_y is not None,)
+    gain = n.call(reflection_gain, average, cosine(n, normal), *alphas, static=static)
+    return n.builder.multiply(weight, gain)
+
+
+def glass_gained(
+    n: NodeView, weight: Value, rough: Rough, eta: Value, average: Value, normal: Value | None
+) -> Value:
+    """The same for glass."""
+    if rough.is_smooth:
+        return weight
+    gain = n.call(glass_gain, average, cosine(n, normal), rough.alpha_x, eta)
+    return n.builder.multiply(weight, gain)
+
+
+# ------------------------------------------------------------------ gloss over something
+
+
+@op(COLOR, COLOR)
+def gloss_colors(eta: Float32, tint: Float32) -> tuple[Float32, Float32]:
+    """Reflectance of tinted gloss at normal incidence, and its average over the hemisphere."""
+    f0 = law.normal_incidence(eta)
+    base: Float32 = np.minimum(f0 * tint, 1)
+    rise = (law.dielectric_average(eta) - f0) / np.maximum(1 - f0, np.float32(1e-6))
+    average = (base + (1 - base) * np.clip(rise, 0, 1)).astype(np.float32, copy=False)
+    return base, average
+
+
+def _gloss_layer(
+    has_y: bool,
+    multiscatter: bool,
+    grey: bool,
+    base: Float32,
+    average: Float32,
+    cos: Float32,
+    eta: Float32,
+    *alphas: Float32,
+) -> tuple[Float32, Float32]:
+    """The factor of a gloss' weight, and 1 − its directional albedo's largest component."""
+    pair = _alphas(has_y, alphas)
+    if grey:
+        base, average = base[:1], average[:1]
+    s = energy.gloss(*pair, eta, cos)
+    albedo: Float32 = base + (1 - base) * s
+    gain: Float32 = np.ones((1, 1), np.float32)
+    if multiscatter:
+        gain = energy.reflection_gain(*pair, cos, average)
+        albedo = albedo * (gain * energy.reflection_albedo(*pair, cos))
+    left: Float32 = np.clip(1 - albedo.max(axis=0), 0, 1)
+    return (gain[0] if grey else np.broadcast_to(gain, (3, gain.shape[1]))), left
+
+
+gloss_grey: Final = Op(_gloss_layer, (FLOAT, FLOAT))
+gloss_tinted: Final = Op(_gloss_layer, (COLOR, FLOAT))
+
+
+def gloss_layer(
+    n: NodeView, rough: Rough, eta: Value, tint: Value, normal: Value | None, multiscatter: bool
+) -> tuple[Value, Value]:
+    """Factor of a dielectric gloss' weight, and the share it leaves to what is below."""
+    base, average = n.calls(gloss_colors, eta, tint)
+    grey = isinstance(tint, Const) and tint.is_all(1)
+    alphas = [rough.alpha_x] if rough.alpha_y is None else [rough.alpha_x, rough.alpha_y]
+    static = (rough.alpha_y is not None, multiscatter and not rough.is_smooth, grey)
+    what = gloss_grey if grey else gloss_tinted
+    gain, left = n.calls(what, base, average, cosine(n, normal), eta, *alphas, static=static)
+    return gain, left
