@@ -80,7 +80,7 @@ def mitsuba_dict(model: Model, frame: Frame) -> dict[str, Any]:
 
     scene: dict[str, Any] = {
         "type": "scene",
-        "integrator": {"type": "path", "max_depth": frame.max_depth, "rr_depth": RR_DEPTH},
+        "integrator": {"type": "path", "max_depth": frame.max_depth, "rr_depth": RR_DEPTH - 1},
         "sensor": _sensor(model.view, frame),
     }
     for k, part in enumerate(model.parts):

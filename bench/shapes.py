@@ -177,6 +177,6 @@ class Frame(NamedTuple):
 
 
 FRAMES = {"S1": Frame(256, 256, 8), "S2": Frame(640, 360, 5), "S4": Frame(256, 256, 5)}
-RR_DEPTH = 3
+RR_DEPTH = 4  # the number of edges from which on roulette may end a path; Mitsuba counts one less
 MODELS = {"S1": cornell, "S2": plates, "S4": hills}
 TITLES = {"S1": "Cornell box", "S2": "GGX plates, 4 sphere lights", "S4": "500k triangles, sunny sky"}
