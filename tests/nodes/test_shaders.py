@@ -55,6 +55,8 @@ def test_closures_and_whether_they_are_only_dirac(graph, kinds, dirac):
     assert batch.kinds == kinds
     assert batch.delta_only == dirac
     assert [c.bsdf.__name__.rpartition(".")[2] for c in made] == list(kinds)
+    arrays = [c.weight for c in made] + [p for c in made for p in c.params if p is not None]
+    assert {a.dtype for a in arrays} == {np.dtype(np.float32)}
 
 
 def test_roughness_is_squared():
