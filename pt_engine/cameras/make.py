@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from ..scene.snapshot import CameraData
 from .base import Camera
 from .orthographic import Orthographic
-from .panoramic import PROJECTIONS, Panoramic
+from .panoramic import Panoramic
 from .perspective import Perspective
 
-CAMERAS: dict[str, type[Camera]] = {"PERSP": Perspective, "ORTHO": Orthographic}
+CAMERAS: dict[str, type[Camera]] = {"PERSP": Perspective, "ORTHO": Orthographic, "PANO": Panoramic}
 
 
 def make_camera(
@@ -22,6 +22,4 @@ def make_camera(
     A kind that is not understood becomes a perspective camera of the same frame; saying so is up to the
     caller, who keeps the list of what is approximate.
     """
-    if data.kind == "PANO" and data.panorama in PROJECTIONS:
-        return Panoramic(data, origin, resolution)
     return CAMERAS.get(data.kind, Perspective)(data, origin, resolution)

@@ -1,83 +1,134 @@
-"""Panoramas: all directions around the eye, by Blender's projections.
+"""Panoramas: Blender's projections of all directions, θ from the axis or longitude λ and latitude φ.
 
-In the basis forward, right, up, with u and v in [0, 1] across the image:
+`CameraData.frame` is given in the projection's own coordinates (x, y), r² = x² + y²:
 
-    EQUIRECTANGULAR       longitude and latitude linear in u and v
-    FISHEYE_EQUIDISTANT   angle from the axis θ = r·fov/2,     r = 1 on the inscribed circle
-    FISHEYE_EQUISOLID     θ = 2 asin(r / (2·lens)),            r in millimetres on the sensor
+    EQUIRECTANGULAR            x = λ,  y = φ
+    CENTRAL_CYLINDRICAL        x = λ,  y = tan φ
+    EQUIANGULAR_CUBEMAP_FACE   tan x, tan y are right and up at depth 1
+    FISHEYE_EQUIDISTANT        r = θ
+    FISHEYE_EQUISOLID          r = 2 sin(θ/2), lengths on the sensor over the focal length
+    MIRRORBALL                 the same, seen to r = 2: a ball's normal stands at half the angle
+    FISHEYE_LENS_POLYNOMIAL    θ = −(k₀ + k₁ r + k₂ r² + k₃ r³ + k₄ r⁴), r in millimetres
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.vectors import cross, normalize
+from ..core.vectors import normalize
 from ..scene.snapshot import CameraData
 from .base import Camera, CameraRays
 
 Float32 = NDArray[np.float32]
-Direction = tuple[Float32, Float32, Float32, NDArray[np.bool_]]  # right, up, forward; whether there is one
+
+
+class Directions(NamedTuple):
+    """Where points of an image look.
+
+    Attributes
+    ----------
+    local : (3, N) float32
+        Unit vectors: right, up, forward.
+    seen : (N,) bool
+        False outside of the image circle; `local` is arbitrary there.
+    """
+
+    local: Float32
+    seen: NDArray[np.bool_]
 
 
 class Panoramic(Camera):
-    """Clipped by distance from the eye; black where the image is outside the lens."""
+    """Clipped by distance from the eye; a point of the image that sees nothing gets a ray that is off."""
 
     def rays(self, raster: Float32, u_lens: Float32 | None = None) -> CameraRays:
-        u, v = self._plane(raster)
-        right, up, forward, seen = PROJECTIONS[self.data.panorama](self.data, u, v)
-        d = self._world(right, up, forward)
-        o = self._eye + d * np.float32(self._near)
-        if self._aperture is not None and u_lens is not None:
-            o, d = self._through_lens(d, u_lens)
-        return CameraRays(o, d, seen * np.float32(self._length) - ~seen)
+        project = PROJECTIONS.get(self.data.panorama, equirectangular)
+        local, seen = project(self.data, *self._plane(raster))
+        tfar = np.where(seen, np.float32(self._length), np.float32(-1))
+        if self._aperture is None or u_lens is None:
+            d = self._world(*local)
+            return CameraRays(self._eye + d * np.float32(self._near), d, tfar)
+        on_lens = self._on_lens(local, self._aperture.sample(u_lens))
+        d = self._world(*normalize(local * np.float32(self._focus) - on_lens))
+        o = self._eye + self._world(*on_lens)
+        o += d * np.float32(self._near)
+        return CameraRays(o, d, tfar)
 
-    def _through_lens(self, d: Float32, u_lens: Float32) -> tuple[Float32, Float32]:
-        """The lens stands across each ray; its rays meet at the focus distance from the eye."""
-        if self._aperture is None:
-            raise ValueError("a pinhole has no lens")
-        lens = self._aperture.sample(u_lens)
-        axis = self._basis[:, 2:3]
-        across = normalize(axis - (axis * d).sum(axis=0) * d)
-        on_lens = across * lens[0] + normalize(cross(d, across)) * lens[1]
-        toward = normalize(d * np.float32(self._focus) - on_lens)
-        o: Float32 = self._eye + on_lens + toward * np.float32(self._near)
-        return o, toward
+    def _on_lens(self, local: Float32, lens: Float32) -> Float32:
+        """Points of an aperture that faces each direction d.
+
+        Its x-axis points to Cycles' own first axis a, forward (right for the mirror ball):
+
+            a − (a·d) d  =  (−a p/s, −a q/s, s) s         d = (p, q, a), s² = p² + q²
+        """
+        order = [2, 1, 0] if self.data.panorama == "MIRRORBALL" else [0, 1, 2]
+        p, q, a = local[order]
+        s = np.sqrt(p * p + q * q)
+        inverse = 1 / np.maximum(s, np.float32(1e-20))  # on the axis itself: the lens' centre
+        p, q = p * inverse, q * inverse
+        x, y = lens
+        return np.stack([-a * p * x - q * y, -a * q * x + p * y, s * x])[order]
 
 
-def equirectangular(data: CameraData, u: Float32, v: Float32) -> Direction:
-    """Longitude to the right, latitude upward."""
-    west, east, south, north = (np.float32(angle) for angle in data.sphere)
-    longitude, latitude = west + u * (east - west), south + v * (north - south)
-    c = np.cos(latitude)
-    return c * np.sin(longitude), np.sin(latitude), c * np.cos(longitude), np.ones(u.shape, bool)
+def equirectangular(_: CameraData, x: Float32, y: Float32) -> Directions:
+    """A full turn or part of it; the poles are lines."""
+    c = np.cos(y)
+    return everywhere(np.stack([c * np.sin(x), np.sin(y), c * np.cos(x)]))
 
 
-def equidistant(data: CameraData, u: Float32, v: Float32) -> Direction:
-    """The whole field of view in the circle that fits the image."""
-    x, y = 2 * u - 1, 2 * v - 1
+def central_cylindrical(_: CameraData, x: Float32, y: Float32) -> Directions:
+    """The inside of a cylinder, unrolled."""
+    return everywhere(normalize(np.stack([np.sin(x), y, np.cos(x)])))
+
+
+def cube_face(_: CameraData, x: Float32, y: Float32) -> Directions:
+    """One side of a cube, equal steps of angle along its middle lines."""
+    return everywhere(normalize(np.stack([np.tan(x), np.tan(y), np.ones_like(x)])))
+
+
+def equidistant(data: CameraData, x: Float32, y: Float32) -> Directions:
+    """Equal steps of angle from the axis."""
     r = np.sqrt(x * x + y * y)
-    return _around_axis(x, y, r, r * np.float32(data.fisheye[0] / 2), r <= 1)
+    return Directions(around_axis(x, y, r, r), r <= data.fisheye_fov / 2)
 
 
-def equisolid(data: CameraData, u: Float32, v: Float32) -> Direction:
-    """As a lens of that focal length projects on that sensor, up to the field of view."""
-    fov, lens, width, height = (float(x) for x in data.fisheye)
-    x, y = (u - np.float32(0.5)) * np.float32(width), (v - np.float32(0.5)) * np.float32(height)
+def equisolid(data: CameraData, x: Float32, y: Float32) -> Directions:
+    """Equal areas see equal solid angles."""
     r = np.sqrt(x * x + y * y)
-    theta = 2 * np.arcsin(np.minimum(r / np.float32(2 * lens), 1))
-    return _around_axis(x, y, r, theta, r <= np.float32(2 * lens * np.sin(fov / 4)))
+    theta = 2 * np.arcsin(np.minimum(r / 2, 1))
+    return Directions(around_axis(x, y, r, theta), r <= 2 * float(np.sin(data.fisheye_fov / 4)))
 
 
-def _around_axis(x: Float32, y: Float32, r: Float32, theta: Float32, seen: NDArray[np.bool_]) -> Direction:
-    sine: Float32 = (np.sin(theta) / np.maximum(r, np.float32(1e-20))).astype(np.float32, copy=False)
-    return x * sine, y * sine, np.cos(theta), seen
+def lens_polynomial(data: CameraData, x: Float32, y: Float32) -> Directions:
+    """A measured lens."""
+    r = np.sqrt(x * x + y * y)
+    theta = np.zeros_like(r)
+    for k in reversed(data.fisheye_polynomial):
+        theta = theta * r - np.float32(k)
+    return Directions(around_axis(x, y, r, theta), np.abs(theta) <= data.fisheye_fov / 2)
 
 
-PROJECTIONS: dict[str, Callable[[CameraData, Float32, Float32], Direction]] = {
+def everywhere(local: Float32) -> Directions:
+    """Directions of an image without an edge."""
+    return Directions(local, np.ones(local.shape[1], bool))
+
+
+def around_axis(x: Float32, y: Float32, r: Float32, theta: Float32) -> Float32:
+    """Unit vectors at an angle from the axis, toward (x, y); in the very centre, where that is 0, upward."""
+    centre = r == 0
+    sine = np.sin(theta) / (r + centre)
+    return np.stack([x * sine, (y + centre) * sine, np.cos(theta)])
+
+
+PROJECTIONS: dict[str, Callable[[CameraData, Float32, Float32], Directions]] = {
     "EQUIRECTANGULAR": equirectangular,
+    "EQUIANGULAR_CUBEMAP_FACE": cube_face,
+    "MIRRORBALL": equisolid,
     "FISHEYE_EQUIDISTANT": equidistant,
     "FISHEYE_EQUISOLID": equisolid,
+    "FISHEYE_LENS_POLYNOMIAL": lens_polynomial,
+    "CENTRAL_CYLINDRICAL": central_cylindrical,
 }

@@ -12,6 +12,8 @@ from mathutils import Matrix, Vector  # noqa: E402
 from support.bpy_scenes import add, empty_scene, export  # noqa: E402
 
 from pt_engine.blender.export import ExportError  # noqa: E402
+from pt_engine.blender.export.panorama import EDGES  # noqa: E402
+from pt_engine.cameras.panoramic import PROJECTIONS  # noqa: E402
 
 POINTS = np.random.default_rng(1).uniform(-3, 3, (40, 3))
 CASES = list(
@@ -104,15 +106,35 @@ def test_focus_object_is_measured_along_the_view_axis(scene):
     assert export().camera.focus_distance == pytest.approx(expected, rel=1e-5)
 
 
-@pytest.mark.parametrize(("kind", "known"), [("FISHEYE_EQUISOLID", True), ("MIRRORBALL", False)])
-def test_panorama_is_exported_or_named(scene, kind, known):
-    scene.camera.data.type = "PANO"
-    owner = scene.camera.data if hasattr(scene.camera.data, "panorama_type") else scene.camera.data.cycles
-    owner.panorama_type, owner.fisheye_fov = kind, 2.0
+def test_panorama_has_the_frame_of_its_projection(scene):
+    """Sensor 30 mm on 10 mm focal length, moved by a tenth of the width; see the tests of cameras/."""
+    camera = scene.camera.data
+    camera.type, camera.panorama_type = "PANO", "FISHEYE_EQUISOLID"
+    camera.fisheye_fov, camera.fisheye_lens, camera.sensor_width, camera.shift_x = 2.0, 10.0, 30.0, 0.1
+    scene.render.resolution_x, scene.render.resolution_y = 300, 100
     snapshot = export()
-    assert (snapshot.camera.kind, snapshot.camera.panorama) == ("PANO", kind)
-    assert snapshot.camera.fisheye[0] == pytest.approx(2.0)
-    assert any("panorama" in what for _, what, _ in snapshot.unsupported) != known
+    assert (snapshot.camera.kind, snapshot.camera.panorama) == ("PANO", "FISHEYE_EQUISOLID")
+    assert snapshot.camera.fisheye_fov == 2.0
+    assert snapshot.camera.frame == pytest.approx((-1.2, 1.8, -0.5, 0.5), rel=1e-6)
+    assert not snapshot.unsupported
+
+
+def test_every_projection_of_blender_is_known(scene):
+    camera = scene.camera.data
+    camera.type = "PANO"
+    for item in camera.bl_rna.properties["panorama_type"].enum_items:
+        camera.panorama_type = item.identifier
+        snapshot = export()
+        assert snapshot.camera.panorama == item.identifier in PROJECTIONS
+        assert not snapshot.unsupported
+
+
+def test_a_projection_of_a_newer_blender_is_named(scene, monkeypatch):
+    scene.camera.data.type, scene.camera.data.panorama_type = "PANO", "MIRRORBALL"
+    monkeypatch.delitem(EDGES, "MIRRORBALL")
+    snapshot = export()
+    assert snapshot.camera.panorama == "EQUIRECTANGULAR"
+    assert any("MIRRORBALL" in what for _, what, _ in snapshot.unsupported)
 
 
 def test_without_camera_there_is_a_clear_error(scene):

@@ -57,7 +57,7 @@ def small_snapshot():
         data.ImageData("gone", problem="no such file"),
     )
     lights = (data.LightData("POINT", "Lamp", np.eye(4), 10.0, graph=graph("Lamp")),)
-    camera = data.CameraData("PERSP", np.eye(4), (-1.0, 1.0, -0.5, 0.5))
+    camera = data.CameraData("PANO", np.eye(4), (-1.0, 1.0, -0.5, 0.5), panorama="MIRRORBALL")
     return data.Snapshot(
         (mesh,), instances, (graph("none"), graph()), images, lights, graph("World"), camera,
         unsupported=(("where", "what", "effect"),),
@@ -196,6 +196,7 @@ def test_unchanged_repacking_loads():
         set_in("exposure", True),
         set_in("camera", None),
         set_in("camera", "CameraData", "clip", {"tuple": [1.0]}),
+        set_in("camera", "CameraData", "fisheye_polynomial", {"tuple": [1.0, 2.0]}),
         set_in("instances", "Instances", "names", {"tuple": ["a"]}),
         set_in("materials", {"tuple": []}),
         set_in("images", {"tuple": []}),

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...cameras.panoramic import PROJECTIONS
 from ...scene.snapshot import CameraData
+from .panorama import panorama_settings
 
 MILLIMETRE = 1e-3
 
@@ -33,28 +33,26 @@ def export_camera(camera_object, render, *, size=None, unsupported) -> CameraDat
     camera = camera_object.data
     matrix = np.array(camera_object.matrix_world, np.float64)
     radius, focus = thin_lens(camera, matrix)
-    panorama = panorama_type(camera) if camera.type == "PANO" else ""
+    ratio = pixel_ratio(render, size)
+    kind = camera.type if camera.type in ("PERSP", "ORTHO", "PANO") else "PERSP"
+    view = panorama_settings(camera, *ratio) if kind == "PANO" else {"frame": image_frame(camera, *ratio)}
     where = f"Camera {camera_object.name}"
-    if panorama and panorama not in PROJECTIONS:
-        unsupported.append((where, f"panorama {panorama}", "rendered as a perspective view"))
+    if kind == "PANO" and view["panorama"] != camera.panorama_type:
+        unsupported.append((where, f"panorama {camera.panorama_type}", "rendered as an equirectangular one"))
     if render.use_multiview:
         unsupported.append((where, "stereoscopy", "rendered from the middle"))
     if camera.type == "CUSTOM":
         unsupported.append((where, "custom camera shader", "rendered as a perspective view"))
-    known = panorama in PROJECTIONS
-    frame = (0.0, 1.0, 0.0, 1.0) if known else image_frame(camera, *pixel_ratio(render, size))
     return CameraData(
-        kind=camera.type if camera.type in ("PERSP", "ORTHO", "PANO") else "PERSP",
+        kind=kind,
         matrix=without_scale(matrix),
-        frame=frame,
         clip=(camera.clip_start, camera.clip_end),
         aperture_radius=radius,
         focus_distance=focus,
         blades=camera.dof.aperture_blades,
         blade_rotation=camera.dof.aperture_rotation,
         aperture_ratio=camera.dof.aperture_ratio,
-        panorama=panorama,
-        **(panorama_settings(camera, *pixel_ratio(render, size)) if panorama else {}),
+        **view,
     )
 
 
@@ -115,28 +113,3 @@ def without_scale(matrix):
     length = np.linalg.norm(result[:3, :3], axis=0)
     result[:3, :3] /= np.maximum(length, 1e-30)
     return result
-
-
-def panorama_type(camera) -> str:
-    """Blender's name of the panoramic projection."""
-    return getattr(panorama_owner(camera), "panorama_type", "") or "EQUIRECTANGULAR"
-
-
-def panorama_owner(camera):
-    """Where the panorama's settings are: Blender 5 moved them from Cycles' own to the camera's."""
-    return camera if hasattr(camera, "panorama_type") else getattr(camera, "cycles", None)
-
-
-def panorama_settings(camera, width: float, height: float) -> dict:
-    """Field of view and sensor of a fisheye; longitudes and latitudes of an equirectangular image."""
-    owner = panorama_owner(camera)
-    horizontal = width > height if camera.sensor_fit == "AUTO" else camera.sensor_fit == "HORIZONTAL"
-    if horizontal:
-        sensor = camera.sensor_width, camera.sensor_width * height / width
-    else:
-        size = camera.sensor_width if camera.sensor_fit == "AUTO" else camera.sensor_height
-        sensor = size * width / height, size
-    return {
-        "fisheye": (owner.fisheye_fov, owner.fisheye_lens, *sensor),
-        "sphere": (owner.longitude_min, owner.longitude_max, owner.latitude_min, owner.latitude_max),
-    }
