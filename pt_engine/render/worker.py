@@ -42,7 +42,8 @@ class Worker:
     def __init__(
         self, scene: Scene, settings: RenderSettings, integrator: Integrator, sampler: Sampler
     ) -> None:
-        self._scene, self._settings = scene, settings
+        self._scene = scene.with_pixels(settings.width)
+        self._settings = settings
         self._integrator, self._sampler = integrator, sampler
         self._filter = FilterTable(settings.pixel_filter, settings.filter_width)
         self._camera: Camera = scene.camera.at_resolution(settings.width, settings.height)

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 Float32 = NDArray[np.float32]
 
 FILTER_WIDTH = 0.1  # of a pixel, as Blender's Bump node has it by default
-PIXEL_ANGLE = 1e-3  # width of a pixel at distance 1, for scenes that have no `pixel_angle`
 LONGEST = np.float32(1e6)
 DIAGONAL: Float32 = np.array([[0.5**0.5], [-(0.5**0.5)], [0]], np.float32)
 
@@ -28,8 +27,7 @@ def steps(lanes: Lanes) -> tuple[Float32, Float32]:
     size = vectors.length(a)
     poor = (size < 1e-3).astype(np.float32)
     a = a * ((1 - poor) / (size + poor)) + poor * DIAGONAL
-    angle = getattr(lanes.scene, "pixel_angle", PIXEL_ANGLE)
-    length = np.float32(FILTER_WIDTH * angle) * np.minimum(lanes.ray_length, LONGEST)
+    length = np.float32(FILTER_WIDTH * lanes.scene.pixel_angle) * np.minimum(lanes.ray_length, LONGEST)
     return a * length, vectors.cross(n, a) * length
 
 

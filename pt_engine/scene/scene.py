@@ -95,6 +95,7 @@ class Scene:
 
     camera: Camera
     exposure: float = 1.0
+    pixel_angle: float = 1e-3  # width of a pixel at distance 1
     lights_without_shadow: bool
     features: dict[str, str]
     coverage: list[Coverage]
@@ -126,6 +127,15 @@ class Scene:
         self.rays: Counter[str] = Counter()
         self.alpha: Float32 | None = None
         self._make_groups()
+
+    def with_pixels(self, width: int) -> Scene:
+        """The same scene for an image `width` pixels wide: how fine the shading has to look (Bump's steps)."""
+        scene, data = copy.copy(self), self.camera.data
+        if data.kind == "PERSP":
+            scene.pixel_angle = (data.frame[1] - data.frame[0]) / width
+        elif data.kind == "PANO":
+            scene.pixel_angle = 2 * np.pi / width
+        return scene
 
     def for_unit(self, lanes: int) -> Scene:
         """The same scene with a ray count and, for a transparent film, a coverage per camera ray of its own."""

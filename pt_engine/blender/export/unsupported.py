@@ -14,6 +14,7 @@ def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
     """Entries (where, what, effect) about the scene and its objects."""
     return [
         *motion_blur(scene),
+        *shadow_caustics(depsgraph),
         *(entry for owner in depsgraph.objects for entry in of_object(owner)),
     ]
 
@@ -23,6 +24,16 @@ def motion_blur(scene):
     render = scene.render
     if render.use_motion_blur and render.motion_blur_shutter > 0.0 and may_move(scene):
         yield (f"Scene {scene.name}", "motion blur", "rendered sharp, as at the frame's own time")
+
+
+def shadow_caustics(depsgraph):
+    """Cycles' manifold walks, which need a lamp, a caster and a receiver that are marked for them."""
+    def marked(name):
+        settings = [getattr(item, "cycles", None) for o in depsgraph.objects for item in (o, o.data)]
+        return any(getattr(item, name, False) for item in settings)
+
+    if marked("is_caustics_caster") and marked("is_caustics_receiver"):
+        yield ("Scene", "shadow caustics", "light refracted onto receivers is missing, or noisy where lamps have a size")
 
 
 def may_move(scene) -> bool:
