@@ -95,14 +95,15 @@ def f82_slope(f0: Float32, tint: Float32) -> Float32:
 
 
 def f82(cos_i: Float32, f0: Float32, b: Float32) -> Float32:
-    """Schlick(c) − b c (1 − c)⁶, within [0, 1]: (3, N)."""
+    """Schlick(c) − b c (1 − c)⁶, not below 0 (nor above 1, for colours and tints in [0, 1]): (3, N)."""
     m: Float32 = np.maximum(1.0 - cos_i, 0.0)
     m2 = m * m
     m5 = m2 * m2 * m
-    f = f0 + (1.0 - f0) * m5
-    f -= b * (cos_i * m5 * m)
-    clipped: Float32 = np.minimum(np.maximum(f, 0.0), 1.0)
-    return clipped
+    f: Float32 = b * (cos_i * m)
+    f = (1.0 - f0) - f
+    f *= m5
+    f += f0
+    return np.maximum(f, 0.0, out=f)
 
 
 def f82_average(f0: Float32, b: Float32) -> Float32:
@@ -112,24 +113,31 @@ def f82_average(f0: Float32, b: Float32) -> Float32:
 
 
 def conductor(cos_i: Float32, eta: Float32, k: Float32) -> Float32:
-    """Unpolarised reflectance against index η + ik, all (3, N) or broadcastable."""
+    """Unpolarised reflectance against index η + ik, (3, N) or (3, 1): (3, N)."""
     cos2 = cos_i * cos_i
-    eta2, k2 = eta * eta, k * k
+    # channel by channel: three times smaller temporaries stay in the cache
+    return np.stack([_conductor(cos_i, cos2, eta[c], k[c]) for c in range(len(eta))])
+
+
+def _conductor(c: Float32, c2: Float32, eta: Float32, k: Float32) -> Float32:
+    """With u + iv = √(t + 2iηk), t = η² − k² − sin²θ, r = |u + iv|²:
+
+    R_s = (r + c² − 2uc)/(r + c² + 2uc)        R_p = R_s (r c² + s⁴ − 2uc s²)/(r c² + s⁴ + 2uc s²)
+    """
     ek = eta * k
-    t1 = (eta - 1.0) * (eta + 1.0) - k2 + cos2
-    t2 = np.sqrt(t1 * t1 + 4.0 * (ek * ek))
-    # u + iv = √(t1 + 2iηk): the larger part by the root, the smaller from u v = ηk, which cannot cancel
-    larger = np.sqrt(0.5 * (t2 + np.abs(t1)))
+    t = c2 + ((eta - 1.0) * (eta + 1.0) - k * k)
+    r = np.sqrt(t * t + 4.0 * (ek * ek))
+    # the larger of u and v by the root, the smaller from u v = ηk, which cannot cancel
+    larger = np.sqrt(0.5 * (r + np.abs(t)))
     smaller = ek / (larger + TINY)
-    positive = t1 >= 0
-    u = np.minimum(larger, smaller) + positive * np.abs(larger - smaller)
-    v = larger + smaller - u
-    v2 = v * v
-    s = ((cos_i - u) ** 2 + v2) / ((cos_i + u) ** 2 + v2 + TINY)
-    t3 = (eta2 - k2) * cos_i
-    t4 = 2.0 * ek * cos_i
-    p = ((t3 - u) ** 2 + (t4 - v) ** 2) / ((t3 + u) ** 2 + (t4 + v) ** 2 + TINY)
-    f: Float32 = 0.5 * (s + p)
+    u = smaller + (t >= 0) * (larger - smaller)
+    u *= 2.0 * c
+    s2 = 1.0 - c2
+    a = r + c2
+    b = r * c2 + s2 * s2
+    s = (a - u) / (a + u + TINY)
+    u *= s2
+    f: Float32 = 0.5 * s * (1.0 + (b - u) / (b + u + TINY))
     return f
 
 

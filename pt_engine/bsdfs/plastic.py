@@ -90,12 +90,12 @@ def _facets(params: Params) -> reflection.Fresnel:
 
 def _base(params: Params) -> Float32:
     """ρ/(η² (1 − ρ' R)): (3, N) or (3, 1)."""
-    back: Float32 = np.atleast_2d(energy.inner_reflectance(params.alpha, params.eta))
+    back = energy.inner_reflectance(params.alpha, params.eta)[np.newaxis]
     if params.nonlinear is not None:
         darker: Float32 = params.nonlinear * (1.0 - params.diffuse)
-        back = back - darker * back
-    base: Float32 = params.diffuse / (params.eta * params.eta * (1.0 - back))
-    return base
+        back = back * (1.0 - darker)
+    leaving: Float32 = params.eta * params.eta * (1.0 - back)
+    return params.diffuse / leaving
 
 
 def _choice(params: Params, cos_i: Float32) -> tuple[Float32, Float32, Float32]:
