@@ -13,7 +13,7 @@ from pt_engine.core import vectors
 from pt_engine.core.raykind import RayKind
 from pt_engine.scene.attributes import color_layer, generated_layer, position_layer, uv_layer
 from pt_engine.scene.geometry import flatten
-from pt_engine.scene.lanes import FirstArrival, Lanes, SkyLanes
+from pt_engine.scene.lanes import Arrivals, Lanes, SkyLanes
 from pt_engine.scene.moved import moved, steps
 from pt_engine.scene.prepare import prepare
 
@@ -182,7 +182,7 @@ def test_positions_are_in_the_world_however_far_it_is(away):
 def test_how_a_ray_came_is_what_the_program_sees():
     scene = prepare(make.scene([(make.quad(), np.eye(4), GREY)], CAMERA))
     si = shoot(scene, np.tile((0.1, 0.2, 3), (4, 1)), np.tile((0, 0, -1), (4, 1))).si
-    came = FirstArrival(
+    came = Arrivals(
         np.arange(4, dtype=np.int32), np.arange(4, 8, dtype=np.int32), np.arange(1, 5, dtype=np.int32)
     )
     lanes = Lanes(scene, si, came, False)
