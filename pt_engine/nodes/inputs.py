@@ -104,7 +104,7 @@ def backfacing(lanes: Any) -> Float32:
     return lanes.backfacing  # type: ignore[no-any-return]
 
 
-@lane_op(FLOAT)
+@lane_op(FLOAT, reads="ray_kind")
 def is_ray_kind(lanes: Any, bit: int) -> Float32:
     """1 for rays of a kind."""
     return ((lanes.ray_kind & bit) != 0).astype(np.float32)  # type: ignore[no-any-return]
@@ -116,14 +116,14 @@ def ray_length(lanes: Any) -> Float32:
     return lanes.ray_length  # type: ignore[no-any-return]
 
 
-@lane_op(FLOAT)
+@lane_op(FLOAT, reads="depth")
 def ray_depth(lanes: Any) -> Float32:
     """Bounces so far; a shadow ray is one bounce further, as in Cycles."""
     depth = lanes.depth + ((lanes.ray_kind & RayKind.SHADOW) != 0)
     return depth.astype(np.float32)  # type: ignore[no-any-return]
 
 
-@lane_op(FLOAT)
+@lane_op(FLOAT, reads="transparent_depth")
 def transparent_depth(lanes: Any) -> Float32:
     """Transparent surfaces passed so far."""
     return lanes.transparent_depth.astype(np.float32)  # type: ignore[no-any-return]

@@ -81,7 +81,7 @@ class DirectEmitter(Direct):
         if m == 0 or not scene.has_emitters:
             return
         here = si.part(slice(0, m))
-        light = scene.sample_emitter(here, random.emitter(0)[:, :m])
+        light = scene.sample_emitter(here, random.emitter(0)[:, :m], path)
         value, _ = bsdf.eval_pdf(light.wo)
         path.L[:, :m] += scene.unoccluded(here, light, value * light.weight, self.transparent_depth)
 
@@ -99,7 +99,7 @@ class DirectMIS(Direct):
         m = bsdf.smooth_count
         if m and scene.has_emitters:
             here = si.part(slice(0, m))
-            light = scene.sample_emitter(here, random.emitter(0)[:, :m])
+            light = scene.sample_emitter(here, random.emitter(0)[:, :m], path)
             value, pdf = bsdf.eval_pdf(light.wo)
             weight = mis(light.pdf, pdf * np.logical_not(light.delta))
             path.L[:, :m] += scene.unoccluded(here, light, value * light.weight * weight, self.transparent_depth)

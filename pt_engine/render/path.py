@@ -5,24 +5,23 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.lanes import Surface
 from ..scene.scene import Rays, Scene
-from ..scene.shading import ShadedBSDF
 from .dimensions import LaneSampler
 from .integrator import Integrator
-from .path_state import PathState, mis
+from .next_event import next_event
+from .path_state import PathState
 from .survivors import Wavefront
 
 Float32 = NDArray[np.float32]
 
 
-class Path(Integrator):
-    """The whole estimator: paths of up to `max_depth` edges, ended early by roulette."""
+class PathActive(Integrator):
+    """Paths of up to `max_depth` edges; those that have ended leave the batch (Ver 0.8)."""
 
-    name = "path"
-    label = "Path Tracing"
-    description = "Next-event estimation, multiple importance sampling and Russian roulette"
-    roulette = True
+    name = "path_active"
+    label = "Path, Active Lanes"
+    description = "Paths of fixed depth; those that have ended leave the batch"
+    roulette = False
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
         # Loop state, one column per living path:
@@ -55,33 +54,10 @@ class Path(Integrator):
         return front.finish(path)
 
 
-class PathActive(Path):
-    """The same loop with batches of active paths but no roulette (Ver 0.8)."""
+class Path(PathActive):
+    """The whole estimator: the same loop, and roulette ends paths of little throughput early (Ver 1.0)."""
 
-    name = "path_active"
-    label = "Path, Active Lanes"
-    description = "Paths of fixed depth; those that have ended leave the batch"
-    roulette = False
-
-
-def next_event(
-    scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, u: Float32, limit: Integrator
-) -> None:
-    """L += β · f·cosθ · Le/pdf · mis · visibility, with one emitter sample per path.
-
-    Only the lanes [0, m) whose BSDF has more than Dirac lobes take part; the others could never
-    reach a sampled emitter (f ∝ δ needs p ∝ δ).
-    """
-    m = bsdf.smooth_count
-    if m == 0 or not scene.has_emitters:
-        return
-    here, paths = si.part(slice(0, m)), path.part(slice(0, m))
-    light = scene.sample_emitter(here, u[:, :m])
-    value, pdf = bsdf.eval_pdf(light.wo)
-    weight = mis(light.pdf, pdf * np.logical_not(light.delta))
-    contribution = value * light.weight
-    contribution *= paths.beta
-    contribution *= weight
-    if scene.transparent_surfaces:  # paths on their last edge may pass such a surface but not scatter
-        contribution *= paths.depth < limit.max_depth - 1
-    paths.L += scene.unoccluded(here, light, contribution, limit.transparent_depth)
+    name = "path"
+    label = "Path Tracing"
+    description = "Next-event estimation, multiple importance sampling and Russian roulette"
+    roulette = True

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..scene.scene import Rays, Scene
 from .dimensions import LaneSampler
 from .integrator import Integrator
-from .path import next_event
+from .next_event import next_event
 from .path_state import PathState
 from .survivors import sorted_by_batch
 

@@ -112,7 +112,6 @@ class Recorder:
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self.events: list[Event] = []
-        self._light: LightSample | None = None
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._scene, name)
@@ -163,9 +162,8 @@ class Recorder:
         self.note("shaded", closures=", ".join(names), beta=path.beta[:, 0])
         return RecordedBSDF(bsdf, self)
 
-    def sample_emitter(self, si: Surface, u: Float32) -> LightSample:
-        self._light = self._scene.sample_emitter(si, u)
-        return self._light
+    def sample_emitter(self, si: Surface, u: Float32, path: PathState) -> LightSample:
+        return self._scene.sample_emitter(si, u, path)
 
     def unoccluded(self, si: Surface, light: LightSample, contribution: Float32, limit: int) -> Float32:
         asked = contribution.copy()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,10 +9,8 @@ from ..core import vectors
 from ..scene.lanes import Surface
 from ..scene.scene import Intersection, Rays, Scene
 from ..scene.shading import Scattered
+from .integrator import Integrator
 from .path_state import PathState
-
-if TYPE_CHECKING:
-    from .path import Path
 
 Float32 = NDArray[np.float32]
 BatchNumbers = NDArray[np.uint8] | NDArray[np.uint16]
@@ -27,14 +23,14 @@ class Wavefront:
 
     Parameters
     ----------
-    integrator : Path
+    integrator : Integrator
         For its depths.
     scene : Scene
     size : int
         Number of camera rays.
     """
 
-    def __init__(self, integrator: Path, scene: Scene, size: int) -> None:
+    def __init__(self, integrator: Integrator, scene: Scene, size: int) -> None:
         self._integrator, self._scene = integrator, scene
         self._radiance = np.zeros((3, size), np.float32)
 

@@ -124,18 +124,22 @@ class Arrival(Protocol):
     def passed(self) -> Int32: ...
 
 
-class FirstArrival(NamedTuple):
-    """Rays of one kind that have met nothing before."""
+class Arrivals(NamedTuple):
+    """How some rays came, apart from their paths."""
 
     kind: Int32
     depth: Int32
     passed: Int32
 
     @classmethod
-    def by(cls, kind: int | Int32, n: int) -> FirstArrival:
-        """`n` rays of `kind`: one number, or one for each."""
+    def by(cls, kind: int, n: int) -> Arrivals:
+        """`n` rays of one kind that have met nothing before."""
         zero = np.zeros(n, np.int32)
-        return cls(np.full(n, kind, np.int32) if isinstance(kind, int) else kind, zero, zero)
+        return cls(np.full(n, kind, np.int32), zero, zero)
+
+    def take(self, index: NDArray[np.intp]) -> Arrivals:
+        """Some of them."""
+        return Arrivals(*(row.take(index) for row in self))
 
 
 class Lanes:

@@ -21,7 +21,7 @@ from ..emitters.lights import Lights, LightSample
 from .accel import FAR, Accel, Hits
 from .attributes import Layer
 from .geometry import SKY, Geometry
-from .lanes import FirstArrival, Lanes, SkyLanes, Surface
+from .lanes import Arrivals, Lanes, SkyLanes, Surface
 from .shading import ShadedBSDF, SliceBSDF
 from .snapshot import Instances
 from .transforms import Transforms
@@ -81,6 +81,11 @@ class Intersection(NamedTuple):
 
     hits: Hits
     surface: NDArray[np.integer]
+
+
+def arrivals(path: PathState, lanes: NDArray[np.intp]) -> Arrivals:
+    """How the rays of some lanes came to where they are."""
+    return Arrivals(path.kind.take(lanes), path.depth.take(lanes), path.passed.take(lanes))
 
 
 class Group(NamedTuple):
@@ -235,18 +240,17 @@ class Scene:
         varying = np.flatnonzero(self.materials.emission_varies.take(material))
         if len(varying):
             radiance[:, varying] = self._evaluated_radiance(
-                hit.take(varying), path.kind.take(lanes.take(varying)), material.take(varying)
+                hit.take(varying), arrivals(path, lanes.take(varying)), material.take(varying)
             )
         return radiance
 
-    def _evaluated_radiance(self, hit: Surface, kind: Int32, material: Int32) -> Float32:
+    def _evaluated_radiance(self, hit: Surface, came: Arrivals, material: Int32) -> Float32:
         radiance = np.zeros((3, hit.size), np.float32)
         smooth = self.geometry.surface_smooth.take(hit.surface)
         key = self.materials.batch_of.take(material) * 2 + smooth
         for k in np.unique(key):
             lanes = np.flatnonzero(key == k)
-            came = FirstArrival.by(kind.take(lanes), len(lanes))
-            here = Lanes(self, hit.take(lanes), came, bool(k & 1))
+            here = Lanes(self, hit.take(lanes), came.take(lanes), bool(k & 1))
             value = self.materials.batches[int(k) >> 1].emission(here)
             if value is not None:
                 radiance[:, lanes] = value
@@ -273,7 +277,7 @@ class Scene:
         smooth = self.geometry.surface_smooth.take(found.surface.take(hit))
         for part, curved in ((hit[~smooth], False), (hit[smooth], True)):
             if len(part):
-                came = FirstArrival.by(RayKind.CAMERA, len(part))
+                came = Arrivals.by(RayKind.CAMERA, len(part))
                 normal[:, part] = Lanes(self, self.surface(rays, found, part), came, curved).ns
         return normal
 
@@ -294,14 +298,14 @@ class Scene:
 
     # ------------------------------------------------------------------ next-event estimation
 
-    def sample_emitter(self, si: Surface, u: Float32) -> LightSample:
+    def sample_emitter(self, si: Surface, u: Float32, path: PathState) -> LightSample:
         """One emitter and a point on it per lane; the weight is Le/pdf."""
         light = self.lights.sample(si.p, si.ng, u)
         if len(light.varying):
-            light.weight[:, light.varying] *= self._radiance_at(light, si)
+            light.weight[:, light.varying] *= self._radiance_at(light, si, path)
         return light
 
-    def _radiance_at(self, light: LightSample, si: Surface) -> Float32:
+    def _radiance_at(self, light: LightSample, si: Surface, path: PathState) -> Float32:
         """Le of sampled points on triangles whose emission varies, toward the reference points."""
         lanes = light.varying
         wo = light.wo.take(lanes, axis=1)
@@ -309,8 +313,9 @@ class Scene:
         prim = self.emissive_prim.take(light.triangle)
         hits = Hits(distance, light.barycentric[0], light.barycentric[1], prim)
         at = Surface(self.geometry, hits, np.arange(len(lanes)), si.p.take(lanes, axis=1), wo)
-        kind = np.full(len(lanes), RayKind.DIFFUSE | RayKind.REFLECTION, np.int32)
-        return self._evaluated_radiance(at, kind, self.geometry.surface_material.take(at.surface))
+        before = arrivals(path, lanes)
+        came = Arrivals(np.full_like(before.kind, RayKind.DIFFUSE | RayKind.REFLECTION), before.depth + 1, before.passed)
+        return self._evaluated_radiance(at, came, self.geometry.surface_material.take(at.surface))
 
     def unoccluded(self, si: Surface, light: LightSample, contribution: Float32, limit: int) -> Float32:
         """`contribution` where nothing lies between; dimmed by up to `limit` transparent surfaces."""

@@ -24,11 +24,14 @@ class Transforms:
     def __init__(self, matrix: Float64, origin: Float64) -> None:
         linear = matrix[:, :3, :3]
         inverse = np.array([inverted(m) for m in linear]).reshape(-1, 3, 3)
-        offset = -np.einsum("kij,kj->ki", inverse, matrix[:, :3, 3] - origin)
-        self._linear = linear.reshape(-1, 9).astype(np.float32)
-        self._inverse = inverse.reshape(-1, 9).astype(np.float32)
-        self._offset = offset.astype(np.float32)
-        self._location = matrix[:, :3, 3].astype(np.float32)
+        normal = np.array([inverse_transposed(m) for m in linear])
+        with np.errstate(over="ignore", invalid="ignore"):  # of objects beyond float32, which nothing hits
+            offset = -np.einsum("kij,kj->ki", inverse, matrix[:, :3, 3] - origin)
+            self._linear = linear.reshape(-1, 9).astype(np.float32)
+            self._inverse = inverse.reshape(-1, 9).astype(np.float32)
+            self._normal = normal.reshape(-1, 9).astype(np.float32)
+            self._offset = offset.astype(np.float32)
+            self._location = matrix[:, :3, 3].astype(np.float32)
 
     def vector_to_world(self, w: Float32, instance: Int32) -> Float32:
         """(3, N) object-space vectors in world space."""
@@ -43,8 +46,8 @@ class Transforms:
         return _apply(self._inverse.take(instance, axis=0), p) + self._offset.take(instance, axis=0).T
 
     def normal_to_world(self, n: Float32, instance: Int32) -> Float32:
-        """(3, N) object-space normals in world space: the inverse's transpose (unnormalised)."""
-        return _apply_transposed(self._inverse.take(instance, axis=0), n)
+        """(3, N) object-space normals in world space: along the inverse's transpose (unnormalised)."""
+        return _apply(self._normal.take(instance, axis=0), n)
 
     def normal_to_object(self, n: Float32, instance: Int32) -> Float32:
         """(3, N) world normals in object space (unnormalised)."""
@@ -53,6 +56,18 @@ class Transforms:
     def location(self, instance: Int32) -> Float32:
         """(3, N) world position of each lane's object."""
         return np.ascontiguousarray(self._location.take(instance, axis=0).T)
+
+
+def inverse_transposed(m: Float64) -> Float64:
+    """M⁻ᵀ = cof(M) / det M; of a flattened object, which has no inverse, the cofactors alone: same directions."""
+    a, b, c = m.T
+    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+    largest = float(np.abs(cofactors).max()) if np.isfinite(cofactors).all() else 0.0
+    if largest == 0.0:
+        return np.eye(3)
+    determinant = float(np.linalg.det(m))
+    flat = abs(determinant) < 1e-12 * largest**1.5
+    return np.asarray(cofactors / (np.copysign(largest, determinant) if flat else determinant))
 
 
 def inverted(m: Float64) -> Float64:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..core import vectors
 from ..core.raykind import RayKind
 from .geometry import SKY
-from .lanes import FirstArrival, Lanes, Surface
+from .lanes import Arrivals, Lanes, Surface
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -60,7 +60,7 @@ def _transparency(scene: Scene, si: Surface, group: NDArray[np.integer]) -> Floa
         index = np.flatnonzero(group == number)
         if len(index) == 0:
             continue
-        came = FirstArrival.by(RayKind.SHADOW, len(index))
+        came = Arrivals.by(RayKind.SHADOW, len(index))
         batch, smooth = scene.groups[number]
         value = scene.materials.batches[batch].transparency(
             Lanes(scene, si.take(index), came, smooth)

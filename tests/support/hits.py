@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pt_engine.scene.accel import FAR
-from pt_engine.scene.lanes import FirstArrival, Lanes, Surface
+from pt_engine.scene.lanes import Arrivals, Lanes, Surface
 from pt_engine.scene.scene import Intersection, Rays, Scene
 
 
@@ -42,7 +42,7 @@ def shoot(scene: Scene, origins: object, directions: object) -> Shot:
 
 def lanes_of(scene: Scene, si: Surface, smooth: bool = False, kind: int = 1) -> Lanes:
     """What a program sees of these hits."""
-    return Lanes(scene, si, FirstArrival.by(kind, si.size), smooth)
+    return Lanes(scene, si, Arrivals.by(kind, si.size), smooth)
 
 
 def random_directions(n: int, seed: int = 0) -> np.ndarray:
