@@ -1,0 +1,37 @@
+"""Next-event estimation: one sampled emitter per path, weighed against the BSDF's own chance of finding it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.lanes import Surface
+from ..scene.scene import Scene
+from ..scene.shading import ShadedBSDF
+from .integrator import Integrator
+from .path_state import PathState, mis
+
+Float32 = NDArray[np.float32]
+
+
+def next_event(
+    scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, u: Float32, limit: Integrator
+) -> None:
+    """L += β · f·cosθ · Le/pdf · mis · visibility, with one emitter sample per path.
+
+    Only the lanes [0, m) whose BSDF has more than Dirac lobes take part; the others could never
+    reach a sampled emitter (f ∝ δ needs p ∝ δ).
+    """
+    m = bsdf.smooth_count
+    if m == 0 or not scene.has_emitters:
+        return
+    here, paths = si.part(slice(0, m)), path.part(slice(0, m))
+    light = scene.sample_emitter(here, u[:, :m], paths)
+    value, pdf = bsdf.eval_pdf(light.wo)
+    weight = mis(light.pdf, pdf * np.logical_not(light.delta))
+    contribution = value * light.weight
+    contribution *= paths.beta
+    contribution *= weight
+    if scene.transparent_surfaces:  # paths on their last edge may pass such a surface but not scatter
+        contribution *= paths.depth < limit.max_depth - 1
+    paths.L += scene.unoccluded(here, light, contribution, limit.transparent_depth)
