@@ -171,7 +171,14 @@ def test_outside_of_the_circle_the_film_is_black_and_opaque(scene, tmp_path):
     assert found.agrees(0.01), str(found)
 
 
-NARROW = {"longitude_min": -1.2, "longitude_max": 1.2, "latitude_min": -0.9, "latitude_max": 0.9}
+NARROW = {
+    "clip_start": 0.01,
+    "clip_end": 100.0,
+    "longitude_min": -1.2,
+    "longitude_max": 1.2,
+    "latitude_min": -0.9,
+    "latitude_max": 0.9,
+}
 
 
 @pytest.mark.parametrize("kind", ["EQUIRECTANGULAR", "FISHEYE_EQUIDISTANT", "MIRRORBALL"])
@@ -181,7 +188,7 @@ def test_blur_is_that_of_cycles(scene, kind, tmp_path):
     camera.location = Vector(EYE) - camera.rotation_euler.to_matrix() @ Vector((0.6, 0.5, -1.2))
     bpy.data.objects["Box"].scale = (0.15, 0.15, 0.15)
     scene.world = None
-    set_camera(scene, {"panorama_type": kind, "fisheye_fov": 2.4, "clip_start": 0.01, "clip_end": 100.0, **NARROW})
+    set_camera(scene, {"panorama_type": kind, "fisheye_fov": 2.4, **NARROW})
     dof = camera.data.dof
     dof.use_dof, dof.focus_distance, dof.aperture_fstop = True, 8.0, 0.04
     dof.aperture_blades, dof.aperture_rotation, dof.aperture_ratio = 3, 0.4, 1.5
