@@ -68,7 +68,7 @@ class Lobes(NamedTuple):
 class Layer(NamedTuple):
     """A closure: its model (a module of this package), weight (3, N) or (3, 1), and parameters.
 
-    `frame` says which normal it needs, "base" or "coat", and whether the tangent matters.
+    `coat_normal`: its normal is the coat's. `tangent`: it needs the tangent, being anisotropic.
     """
 
     bsdf: ModuleType

@@ -30,7 +30,7 @@ def eval_pdf(
     """f·cosθo (3, N) or (1, N) and pdf (N,)."""
     ax, ay, smooth = roughness(*alpha)
     ax2, ay2 = squares(ax, ay)
-    zi, zo = wi[2], np.maximum(wo[2], 0.0)
+    zi, zo = np.maximum(wi[2], 0.0), np.maximum(wo[2], 0.0)
     valid = (wi[2] > 0) & (wo[2] > 0) & (smooth == 0)
     h = wi + wo
     h2 = dot(h, h)
@@ -64,7 +64,7 @@ def sample(
     cos = dot(wi, m)
     wo = (2.0 * cos) * m
     wo -= wi
-    zi, zo = wi[2], np.maximum(wo[2], 0.0)
+    zi, zo = np.maximum(wi[2], 0.0), np.maximum(wo[2], 0.0)
     ti = model.stretched(wi, bx2, by2)
     ratio = masking_ratio(zi, ti, zo, model.stretched(wo, bx2, by2))
     ratio *= (wi[2] > 0) & (wo[2] > 0)

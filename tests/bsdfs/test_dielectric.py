@@ -160,3 +160,18 @@ def test_agrees_with_mitsuba(name: str, alpha: float, eta: float) -> None:
     rtol = 4e-3 if name == "ggx" else 1e-2
     np.testing.assert_allclose(pdf, their_pdf, rtol=rtol, atol=1e-5)
     np.testing.assert_allclose(np.broadcast_to(value, (3, 60)), theirs, rtol=rtol, atol=1e-5)
+
+
+@pytest.mark.parametrize(("model", "params", "cos"), CASES)
+@pytest.mark.parametrize("below", [0.0, -1e-7, -0.3, -1.0])
+def test_a_viewer_below_the_normal_sees_nothing(
+    model: ModuleType, params: tuple, cos: float, below: float
+) -> None:
+    wi = repeat(direction(below, 1.0), 200)
+    s = model.sample(params, wi, *uniforms(200))
+    value, pdf = model.eval_pdf(params, wi, repeat(direction(cos), 200))
+    assert np.isfinite(s.wo).all()
+    assert np.isfinite(s.pdf).all()
+    assert not s.weight.any()
+    assert not value.any()
+    assert not pdf.any()
