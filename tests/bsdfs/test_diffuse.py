@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import bsdf_checks as checks
 from support.bsdf_checks import direction, f32, repeat, uniforms
-from support.chi2 import integrate_sphere, significance
+from support.chi2 import chi2_sphere, integrate_sphere, significance
 
 from pt_engine.bsdfs import diffuse, oren_nayar, translucent, transparent
 from pt_engine.bsdfs.base import Lobe
@@ -85,3 +85,19 @@ def test_transparent_goes_straight_on_for_certain() -> None:
     value, pdf = transparent.eval_pdf(transparent.Params(), wi, -wi)
     assert not value.any()
     assert not pdf.any()
+
+
+def test_frameless_samples_are_cosine_distributed_about_the_normal() -> None:
+    """`sample_about` against `eval_pdf_about`, in the space of the normal."""
+    normal = direction(0.3, 1.0)
+
+    def draw(u0: np.ndarray, u1: np.ndarray, u2: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        s, cos = diffuse.sample_about(diffuse.Params(), repeat(normal, len(u1)), u1, u2)
+        np.testing.assert_array_equal(s.pdf, diffuse.eval_pdf_about(diffuse.Params(), cos)[1])
+        assert (s.weight == 1).all()
+        return s.wo, s.pdf > 0
+
+    def pdf(wo: np.ndarray) -> np.ndarray:
+        return diffuse.eval_pdf_about(diffuse.Params(), (normal * wo).sum(axis=0))[1]
+
+    assert chi2_sphere(draw, pdf, n=100_000, pole=tuple(normal[:, 0])) > significance(1)
