@@ -21,7 +21,7 @@ from support.shared_scenes import shared_folder
 HEADER = """# Artists' files against Cycles
 
 Made by `python -m bench.references`; not edited by hand. Twenty files from public repositories, rendered
-through the command line with two seeds, against two renders by Cycles 5.2 (13 edges, no clamping).
+through the command line with two seeds, against two renders by Cycles 5.2 (14 edges, no clamping).
 
 *Beyond noise* is the RMS difference of the means of 12 × 8 cells after the noise of both is taken off,
 over the image's mean, and the upper end of its interval; *noise* is that of a cell; *p* is the smallest

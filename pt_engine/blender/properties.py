@@ -75,7 +75,7 @@ class PTEngineSettings(bpy.types.PropertyGroup):
         name="Max Depth",
         description="Longest light path, in edges: 1 shows emitters only, 2 adds direct light, "
         "each further one a bounce",
-        default=13,
+        default=14,
         min=1,
         soft_max=64,
         max=1024,

@@ -53,7 +53,7 @@ class RenderSettings:
     seed: int = 0
     threads: int = 0
     integrator: str = "path"
-    max_depth: int = 13
+    max_depth: int = 14
     rr_depth: int = 4
     transparent_depth: int = 8
     sampler: str = "sobol"

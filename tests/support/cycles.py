@@ -77,7 +77,7 @@ def by_engine(samples: int, size: tuple[int, int], **more: Any) -> Pair:
             *size,
             samples=samples,
             seed=seed,
-            max_depth=BOUNCES + 1,
+            max_depth=BOUNCES + 2,  # Cycles counts the bounces between the first surface and the last
             transparent_depth=BOUNCES,
             pixel_filter=scene.cycles.pixel_filter_type,
             filter_width=scene.cycles.filter_width,
