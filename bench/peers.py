@@ -64,7 +64,7 @@ def cycles_pace(blend: Path) -> dict[str, Any]:
         "blur_glossy": 0.0,
     }
     bounces = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces")
-    for name, value in (chosen | dict.fromkeys(bounces, frame.max_depth - 1)).items():
+    for name, value in (chosen | dict.fromkeys(bounces, frame.max_depth - 2)).items():
         setattr(scene.cycles, name, value)
 
     def render(samples: int) -> None:

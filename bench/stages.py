@@ -102,8 +102,8 @@ class Pass:
         """All of the image once, film included; the number of camera rays."""
         for unit in self.units:
             result = self.worker.render(unit)
-            self.film.add(unit.pixels, unit.first, unit.count, result.radiance, result.alpha)
-        return sum(len(unit.pixels) * unit.count for unit in self.units)
+            self.film.add(unit.pixels, unit.first, unit.spp, result.radiance, result.alpha)
+        return sum(len(unit.pixels) * unit.spp for unit in self.units)
 
 
 def stages(blend: Path, sampler: str = "independent", passes: int = 6) -> dict[str, Any]:
