@@ -45,7 +45,7 @@ class Rows:
     @property
     def size(self) -> int:
         """Number of lanes."""
-        return self.data.shape[1]
+        return int(self.data.shape[1])
 
     def take(self, index: NDArray[np.intp]) -> Self:
         """The lanes at `index`, in that order, in a new contiguous buffer."""

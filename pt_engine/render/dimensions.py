@@ -48,7 +48,8 @@ class LaneSampler:
 
     def roulette(self, bounce: int) -> Float32:
         """(N,) to decide which paths go on."""
-        return self._sampler.uniforms(self.state, CAMERA + PER_BOUNCE * bounce, 1)[0]
+        row: Float32 = self._sampler.uniforms(self.state, CAMERA + PER_BOUNCE * bounce, 1)[0]
+        return row
 
     def emitter(self, bounce: int) -> Float32:
         """(3, N): which emitter, and where on it."""

@@ -30,8 +30,8 @@ class Direct(Integrator):
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
         path = PathState.start(sampler, scene.tracks_history)
         found = scene.intersect(rays)
-        for light in scene.emission(rays, found, path):
-            path.gather(light)
+        for hit in scene.emission(rays, found, path):
+            path.gather(hit)
         radiance = path.L.copy()
 
         order, spans = sorted_by_batch(scene.batch(found), scene.dead)
@@ -40,7 +40,7 @@ class Direct(Integrator):
         lit = order[: spans[-1][1].stop]
         path, si = path.take(lit), scene.surface(rays, found, lit)
         bsdf = scene.shade(si, path, spans)
-        path.L = 0
+        path.L[:] = 0
         self.reflected(scene, path, si, bsdf, path.sampler(sampler))
         radiance[:, path.slot] += path.L
         return radiance
@@ -63,8 +63,8 @@ class DirectBSDF(Direct):
         self, scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, random: LaneSampler
     ) -> None:
         rays = path.scatter(si, bsdf.sample(random.bsdf(0)))
-        for light in scene.emission(rays, scene.intersect(rays), path):
-            path.L[:, light.lanes] += path.beta.take(light.lanes, axis=1) * light.radiance
+        for hit in scene.emission(rays, scene.intersect(rays), path):
+            path.L[:, hit.lanes] += path.beta.take(hit.lanes, axis=1) * hit.radiance
 
 
 class DirectEmitter(Direct):
@@ -102,7 +102,9 @@ class DirectMIS(Direct):
             light = scene.sample_emitter(here, random.emitter(0)[:, :m], path)
             value, pdf = bsdf.eval_pdf(light.wo)
             weight = mis(light.pdf, pdf * np.logical_not(light.delta))
-            path.L[:, :m] += scene.unoccluded(here, light, value * light.weight * weight, self.transparent_depth)
+            path.L[:, :m] += scene.unoccluded(
+                here, light, value * light.weight * weight, self.transparent_depth
+            )
         rays = path.scatter(si, bsdf.sample(random.bsdf(0)))
-        for light in scene.emission(rays, scene.intersect(rays), path):
-            path.gather(light)
+        for hit in scene.emission(rays, scene.intersect(rays), path):
+            path.gather(hit)

@@ -278,9 +278,7 @@ class Film:
             arrays["alpha"] = self._alpha[stored]
         return arrays
 
-    def restore(
-        self, high: Float64, low: Float64, count: NDArray[np.uint32], alpha: Float64 | None
-    ) -> None:
+    def restore(self, high: Float64, low: Float64, count: NDArray[np.uint32], alpha: Float64 | None) -> None:
         """Take over arrays as `state` gives them."""
         stored = self._stored_pixels()
         self._high, self._low, self._count = high[:, stored], low[:, stored], count[stored]

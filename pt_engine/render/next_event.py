@@ -1,4 +1,4 @@
-"""Next-event estimation: one sampled emitter per path, weighed against the BSDF's own chance of finding it."""
+"""Next-event estimation: one sampled emitter per path, weighed against the BSDF's chance of finding it."""
 
 from __future__ import annotations
 

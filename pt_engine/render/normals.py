@@ -14,7 +14,7 @@ Float32 = NDArray[np.float32]
 
 
 class Normals(Integrator):
-    """Colour (n + 1) / 2 of the shading normal at the first hit, in world space; black where nothing is hit."""
+    """Colour (n + 1) / 2 of the world-space shading normal at the first hit; black where nothing is hit."""
 
     name = "normals"
     label = "Normals"

@@ -32,8 +32,8 @@ class PathActive(Integrator):
             found = scene.intersect(rays)
 
             # ------------------------- emission: what the last direction has run into
-            for light in scene.emission(rays, found, path):
-                path.gather(light)
+            for hit in scene.emission(rays, found, path):
+                path.gather(hit)
 
             # ------------------------- the paths that go on, those of one material side by side
             path, lanes, spans = front.survivors(path, found)

@@ -27,8 +27,8 @@ class PathFixed(Integrator):
         edges = self.max_depth + scene.transparent_surfaces * self.transparent_depth
         for bounce in range(edges):
             found = scene.intersect(rays)
-            for light in scene.emission(rays, found, path):
-                path.gather(light)
+            for hit in scene.emission(rays, found, path):
+                path.gather(hit)
             order, spans = sorted_by_batch(scene.batch(found), scene.dead)
             if not spans or bounce == edges - 1:
                 break
@@ -37,7 +37,9 @@ class PathFixed(Integrator):
             here = path.part(slice(0, alive))
             bsdf, random = scene.shade(si, here, spans), here.sampler(sampler)
             next_event(scene, here, si, bsdf, random.emitter(bounce), self)
-            rays = path.ride_along(here, here.go_on(scene, si, bsdf.sample(random.bsdf(bounce)), self.max_depth))
+            rays = path.ride_along(
+                here, here.go_on(scene, si, bsdf.sample(random.bsdf(bounce)), self.max_depth)
+            )
         radiance = np.empty((3, path.size), np.float32)
         radiance[:, path.slot] = path.L
         return radiance

@@ -33,7 +33,7 @@ def mis(pdf: Float32, other: Float32) -> Float32:
     """
     with np.errstate(over="ignore"):
         ratio = other / np.maximum(pdf, TINY)
-        weight: Float32 = 1 / (1 + ratio * ratio)
+        weight: Float32 = np.reciprocal(1 + ratio * ratio)
     return weight
 
 
@@ -73,8 +73,8 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         """Camera paths: β = 1, L = 0, and a Dirac density, since no emitter sample competes."""
         n = sampler.state.shape[1]
         path = cls.empty(n)
-        path.beta, path.L = 1, 0
-        path.slot, path.random = np.arange(n), sampler.state.view(np.int32)
+        path.beta[:], path.L[:] = 1, 0
+        path.slot[:], path.random[:] = np.arange(n), sampler.state.view(np.int32)
         path.pdf = np.full(n, np.inf, np.float32)
         path.bounces, path._history = 0, None
         if tracked:

@@ -42,6 +42,7 @@ class Progress:
     rays: Counter[str] = field(default_factory=Counter)
     nonfinite: list[dict[str, int]] = field(default_factory=list)
     nonfinite_count: int = 0
+    stopped: bool = False
 
     @property
     def total_samples(self) -> int:
@@ -122,15 +123,14 @@ def render(
     sampler = SAMPLERS[settings.sampler](settings.seed)
     worker = Worker(scene, settings, INTEGRATORS[settings.integrator](settings), sampler)
     progress = Progress(film, settings, time.perf_counter())
-    stopped = False
     threads = settings.threads or os.cpu_count() or 1
     with kept_buffers():
         work = units(settings, order)
-        for result in in_parallel(worker, work, threads, lambda: stopped or out_of_time(progress)):
+        for result in in_parallel(worker, work, threads, lambda: progress.stopped or out_of_time(progress)):
             deposit(progress, result)
             on_progress(progress)
-            stopped = stopped or should_stop()
-    return RenderResult(film, progress, progress.elapsed, stopped)
+            progress.stopped = progress.stopped or should_stop()
+    return RenderResult(film, progress, progress.elapsed, progress.stopped)
 
 
 def film_key(settings: RenderSettings) -> str:
@@ -150,10 +150,10 @@ def out_of_time(progress: Progress) -> bool:
 def in_parallel(
     worker: Worker, work: Iterator[Unit], threads: int, stop: Callable[[], bool]
 ) -> Iterator[UnitResult]:
-    """Results in the order of the work, with at most `threads` units in flight; none is started after `stop`."""
+    """Results in the order of the work, one unit per thread in flight; none is started after `stop`."""
     if threads == 1:
-        for unit in work:
-            yield worker.render(unit)
+        for only in work:
+            yield worker.render(only)
             if stop():
                 return
         return
@@ -173,13 +173,13 @@ def in_parallel(
 def deposit(progress: Progress, result: UnitResult) -> None:
     """Add a unit's samples to the film; non-finite ones are dropped there and remembered here."""
     unit = result.unit
-    bad = progress.film.add(unit.pixels, unit.first, unit.count, result.radiance, result.alpha)
+    bad = progress.film.add(unit.pixels, unit.first, unit.spp, result.radiance, result.alpha)
     for slot in bad[: max(0, REPORTED_NONFINITE - len(progress.nonfinite))]:
         sample, index = divmod(int(slot), len(unit.pixels))
         x0, y0, x1, _ = progress.settings.window
         y, x = divmod(int(unit.pixels[index]), x1 - x0)
         progress.nonfinite.append({"x": x + x0, "y": y + y0, "sample": unit.first + sample})
     progress.nonfinite_count += len(bad)
-    progress.camera_samples += len(unit.pixels) * unit.count
+    progress.camera_samples += len(unit.pixels) * unit.spp
     progress.rays.update(result.rays)
     progress.samples = progress.camera_samples // max(1, progress.film.pixels)

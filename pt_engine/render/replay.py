@@ -158,7 +158,8 @@ class Recorder:
         bsdf = self._scene.shade(si, path, spans)
         if si.size == 0:
             return bsdf
-        names = [c.bsdf.__name__.rsplit(".", 1)[-1] for _, part in bsdf.slices for c in part.closures]
+        used = (closure.bsdf for _, part in bsdf.slices for closure in part.closures)
+        names = [getattr(module, "__name__", "?").rsplit(".", 1)[-1] for module in used]
         self.note("shaded", closures=", ".join(names), beta=path.beta[:, 0])
         return RecordedBSDF(bsdf, self)
 

@@ -17,11 +17,11 @@ from .settings import RenderSettings
 
 
 class Unit(NamedTuple):
-    """Pixels (their numbers in the window, row-major from the bottom) and a range of samples."""
+    """Pixels (their numbers in the window, row-major from the bottom) and a range of `spp` samples."""
 
     pixels: NDArray[np.int32]
     first: int
-    count: int
+    spp: int
 
 
 LARGEST_PASS = 8  # samples: more gains nothing, and a unit of few pixels has incoherent neighbours
@@ -44,7 +44,7 @@ def units(settings: RenderSettings, order: NDArray[np.int32]) -> Iterator[Unit]:
 
 
 def morton_order(width: int, height: int) -> NDArray[np.int32]:
-    """Pixel numbers along a Z curve: neighbours in a wavefront are neighbours in the image (coherent rays)."""
+    """Pixel numbers along a Z curve: neighbours in a wavefront are neighbours in the image."""
     y, x = np.divmod(np.arange(width * height, dtype=np.int64), width)
     return np.argsort(_spread(x) | (_spread(y) << 1), kind="stable").astype(np.int32)
 

@@ -7,13 +7,12 @@ from numpy.typing import NDArray
 
 from ..core import vectors
 from ..scene.lanes import Surface
-from ..scene.scene import Intersection, Rays, Scene
+from ..scene.scene import BatchNumbers, Intersection, Rays, Scene
 from ..scene.shading import Scattered
 from .integrator import Integrator
 from .path_state import PathState
 
 Float32 = NDArray[np.float32]
-BatchNumbers = NDArray[np.uint8] | NDArray[np.uint16]
 Spans = list[tuple[int, slice]]
 RR_LIMIT = np.float32(0.95)  # no path is immortal, whatever its throughput
 
@@ -34,9 +33,7 @@ class Wavefront:
         self._integrator, self._scene = integrator, scene
         self._radiance = np.zeros((3, size), np.float32)
 
-    def survivors(
-        self, path: PathState, found: Intersection
-    ) -> tuple[PathState, NDArray[np.intp], Spans]:
+    def survivors(self, path: PathState, found: Intersection) -> tuple[PathState, NDArray[np.intp], Spans]:
         """The paths that scatter where they are, sorted by group; the others' radiance is kept.
 
         Returns
@@ -94,7 +91,7 @@ def roulette(path: PathState, strength: Float32, u: Float32) -> None:
 
 def kill(batch: BatchNumbers, dead: NDArray[np.bool_], number: int) -> None:
     """Mark lanes as dead, whose group number is the highest."""
-    np.maximum(batch, dead.astype(batch.dtype) * batch.dtype.type(number), out=batch)
+    batch[dead] = number
 
 
 def sorted_by_batch(batch: BatchNumbers, dead: int) -> tuple[NDArray[np.intp], Spans]:

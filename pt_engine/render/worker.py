@@ -64,15 +64,15 @@ class Worker:
         """Random numbers by (pixel of the full image, sample)."""
         x, y = self._pixel_coordinates(unit)
         pixel = (y * self._settings.width + x).astype(np.uint32)
-        sample = np.arange(unit.first, unit.first + unit.count, dtype=np.uint32)
-        state = self._sampler.state(np.tile(pixel, unit.count), np.repeat(sample, len(pixel)))
+        sample = np.arange(unit.first, unit.first + unit.spp, dtype=np.uint32)
+        state = self._sampler.state(np.tile(pixel, unit.spp), np.repeat(sample, len(pixel)))
         return LaneSampler(self._sampler, state)
 
     def camera_rays(self, unit: Unit, sampler: LaneSampler) -> Rays:
         """One ray per lane through a point drawn from the pixel filter and, with a lens, a point on it."""
         x, y = self._pixel_coordinates(unit)
         offset = self._filter.sample(sampler.pixel())
-        raster = np.stack([np.tile(c, unit.count) for c in (x, y)]).astype(np.float32)
+        raster = np.stack([np.tile(c, unit.spp) for c in (x, y)]).astype(np.float32)
         raster += np.float32(0.5)
         raster += offset
         return Rays(*self._camera.rays(raster, sampler.lens() if self._camera.has_lens else None))

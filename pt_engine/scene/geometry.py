@@ -2,8 +2,8 @@
 
 A hit costs one gather of eight floats (32 bytes): unit normal, plane offset, error bound, and two
 integers. What a triangle is made of (its surface number) has an array of its own, since it decides which
-lanes go on, before anything else of the hit is needed. Shading attributes (normals, uv, colours) stay per mesh and are shared by its instances;
-`lanes.Lanes` looks them up only for programs that ask.
+lanes go on, before anything else of the hit is needed. Shading attributes (normals, uv, colours) stay per
+mesh and are shared by its instances; `lanes.Lanes` looks them up only for programs that ask.
 """
 
 from __future__ import annotations
@@ -227,7 +227,7 @@ def pack_planes(vertices: Float32, triangles: Int32, records: Float32, flip: boo
 
 
 def drop_invalid(vertices: Float32, triangles: Int32, first: int, end: int) -> int:
-    """Make triangles with a non-finite vertex unhittable (all corners on one vertex); returns their number."""
+    """Make triangles with a non-finite vertex unhittable (one vertex thrice); returns their number."""
     valid = np.isfinite(vertices[first:end]).all(axis=1)
     if valid.all():
         return 0

@@ -41,7 +41,9 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
     world = compile_world(snapshot.world, snapshot.images, snapshot.ocio_config)
     geometry = flatten(snapshot)
     prim, triangles = emissive_triangles(geometry, materials)
-    lamp_programs = [compile_light(lamp.graph, snapshot.images, snapshot.ocio_config) for lamp in snapshot.lights]
+    lamp_programs = [
+        compile_light(lamp.graph, snapshot.images, snapshot.ocio_config) for lamp in snapshot.lights
+    ]
     lights = Lights(
         snapshot.lights,
         np.array([strength for strength, _ in lamp_programs], np.float64).reshape(-1, 3),
@@ -99,7 +101,9 @@ def environment(world: WorldProgram) -> Environment | None:
 
     height = ENVIRONMENT_HEIGHT
     d = texel_directions(height, 2 * height)
-    image = np.concatenate([radiance(np.ascontiguousarray(part)).mean(axis=0) for part in np.array_split(d, 16, axis=1)])
+    image = np.concatenate(
+        [radiance(np.ascontiguousarray(part)).mean(axis=0) for part in np.array_split(d, 16, axis=1)]
+    )
     return EnvironmentMap(image.reshape(height, 2 * height), radiance)
 
 

@@ -26,7 +26,8 @@ def raised_normal(ng: Float32, wi: Float32, n: Float32) -> Float32:
     if len(low) == 0:
         return n
     raised = n.copy()
-    raised[:, low] = _raised(*(v.take(low, axis=1) for v in (ng, wi, n)), up.take(low), limit.take(low))
+    low_ng, low_wi, low_n = (v.take(low, axis=1) for v in (ng, wi, n))
+    raised[:, low] = _raised(low_ng, low_wi, low_n, up.take(low), limit.take(low))
     return raised
 
 

@@ -30,13 +30,13 @@ from .transmittance import transmittance
 if TYPE_CHECKING:
     from ..cameras.base import Camera
     from ..nodes.compile import Materials
-    from ..nodes.world import WorldProgram
     from ..nodes.coverage import Coverage
+    from ..nodes.world import WorldProgram
     from ..render.path_state import PathState
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
-BatchNumbers = NDArray[np.uint16]
+BatchNumbers = NDArray[np.unsignedinteger]
 
 
 class Rays(NamedTuple):
@@ -143,7 +143,7 @@ class Scene:
         return scene
 
     def for_unit(self, lanes: int) -> Scene:
-        """The same scene with a ray count and, for a transparent film, a coverage per camera ray of its own."""
+        """The same scene with a ray count and, for a transparent film, a coverage per ray of its own."""
         scene = copy.copy(self)
         scene.rays = Counter()
         scene.alpha = np.ones(lanes, np.float32) if self.film_transparent else None
@@ -197,8 +197,7 @@ class Scene:
 
     def batch(self, found: Intersection) -> BatchNumbers:
         """Each lane's group number; `dead` where the ray left the scene or the surface only emits."""
-        group: BatchNumbers = self._group_of_surface.take(found.surface)
-        return group
+        return np.asarray(self._group_of_surface.take(found.surface))
 
     # ------------------------------------------------------------------ emission found by a ray
 
@@ -230,7 +229,7 @@ class Scene:
 
     def _surface_emission(self, lit: NDArray[np.intp], hit: Surface, path: PathState) -> Found:
         distance = hit.t + path.travelled.take(lit) if self.transparent_surfaces else hit.t
-        pdf = self.lights.pdf_triangle(hit.emitter, distance, np.abs(hit.facing))
+        pdf = self.lights.pdf_triangle(hit.emitter.astype(np.intp), distance, np.abs(hit.facing))
         return Found(lit, self._radiance(hit, path, lit), pdf)
 
     def _radiance(self, hit: Surface, path: PathState, lanes: NDArray[np.intp]) -> Float32:
@@ -314,7 +313,9 @@ class Scene:
         hits = Hits(distance, light.barycentric[0], light.barycentric[1], prim)
         at = Surface(self.geometry, hits, np.arange(len(lanes)), si.p.take(lanes, axis=1), wo)
         before = arrivals(path, lanes)
-        came = Arrivals(np.full_like(before.kind, RayKind.DIFFUSE | RayKind.REFLECTION), before.depth + 1, before.passed)
+        came = Arrivals(
+            np.full_like(before.kind, RayKind.DIFFUSE | RayKind.REFLECTION), before.depth + 1, before.passed
+        )
         return self._evaluated_radiance(at, came, self.geometry.surface_material.take(at.surface))
 
     def unoccluded(self, si: Surface, light: LightSample, contribution: Float32, limit: int) -> Float32:

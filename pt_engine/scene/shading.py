@@ -126,7 +126,7 @@ class SliceBSDF:
             for c, frame in zip(self.closures, self.frames, strict=True)
         ]
         total: Float32 = sum(raw[1:], start=raw[0])
-        scale = 1 / np.maximum(total, np.float32(1e-20))
+        scale: Float32 = np.reciprocal(np.maximum(total, np.float32(1e-20)))
         return [share * scale for share in raw]
 
     def eval_pdf(self, wo: Float32) -> tuple[Float32, Float32]:

@@ -122,9 +122,7 @@ class MeshData:
     colors: dict[str, Float32] = field(default_factory=dict)
     active_uv: str = ""
     active_color: str = ""
-    texture_space: Float32 = field(
-        default_factory=lambda: np.array([[0, 0, 0], [1, 1, 1]], np.float32)
-    )
+    texture_space: Float32 = field(default_factory=lambda: np.array([[0, 0, 0], [1, 1, 1]], np.float32))
     orco: Float32 | None = None
 
 

@@ -43,7 +43,9 @@ class Transforms:
 
     def point_to_object(self, p: Float32, instance: Int32) -> Float32:
         """(3, N) recentred world positions in object space."""
-        return _apply(self._inverse.take(instance, axis=0), p) + self._offset.take(instance, axis=0).T
+        rotated = _apply(self._inverse.take(instance, axis=0), p)
+        rotated += self._offset.take(instance, axis=0).T
+        return rotated
 
     def normal_to_world(self, n: Float32, instance: Int32) -> Float32:
         """(3, N) object-space normals in world space: along the inverse's transpose (unnormalised)."""
@@ -59,7 +61,7 @@ class Transforms:
 
 
 def inverse_transposed(m: Float64) -> Float64:
-    """M⁻ᵀ = cof(M) / det M; of a flattened object, which has no inverse, the cofactors alone: same directions."""
+    """M⁻ᵀ = cof(M) / det M; of a flattened object, which has no inverse, the cofactors: same directions."""
     a, b, c = m.T
     cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
     largest = float(np.abs(cofactors).max()) if np.isfinite(cofactors).all() else 0.0

@@ -62,9 +62,7 @@ def _transparency(scene: Scene, si: Surface, group: NDArray[np.integer]) -> Floa
             continue
         came = Arrivals.by(RayKind.SHADOW, len(index))
         batch, smooth = scene.groups[number]
-        value = scene.materials.batches[batch].transparency(
-            Lanes(scene, si.take(index), came, smooth)
-        )
+        value = scene.materials.batches[batch].transparency(Lanes(scene, si.take(index), came, smooth))
         if value is not None:
             through[:, index] = value
     return through

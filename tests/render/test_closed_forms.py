@@ -53,7 +53,8 @@ def test_rectangle_light_over_a_plane(integrator):
     snapshot = lit_plane(lamp_at(h, kind="AREA", shape="RECTANGLE", size=(a, b), power=power))
     x, y = a / 2 / h, b / 2 / h
     quarter = (
-        x / np.hypot(1, x) * np.arctan(y / np.hypot(1, x)) + y / np.hypot(1, y) * np.arctan(x / np.hypot(1, y))
+        x / np.hypot(1, x) * np.arctan(y / np.hypot(1, x))
+        + y / np.hypot(1, y) * np.arctan(x / np.hypot(1, y))
     ) / (2 * np.pi)
     radiance = power / (np.pi * a * b)
     result = make.rendered(snapshot, 8, samples=256, integrator=integrator, max_depth=2)

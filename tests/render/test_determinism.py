@@ -23,7 +23,9 @@ SCENES = {
 @pytest.mark.parametrize("sampler", ["sobol", "independent"])
 def test_chunks_threads_and_tiles_do_not_change_a_bit(name, sampler):
     images = [
-        make.rendered(SCENES[name], (23, 17), samples=6, sampler=sampler, lanes=lanes, threads=threads).image()
+        make.rendered(
+            SCENES[name], (23, 17), samples=6, sampler=sampler, lanes=lanes, threads=threads
+        ).image()
         for lanes, threads in ((1 << 16, 1), (400, 1), (97, 2), (23, 3))
     ]
     for image in images[1:]:

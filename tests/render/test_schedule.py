@@ -27,7 +27,7 @@ def test_every_sample_of_every_pixel_is_rendered_once(size, samples, lanes):
     work, pixels = plan(*size, samples=samples, lanes=lanes, first_sample=5)
     done = np.zeros((pixels, samples), int)
     for unit in work:
-        done[unit.pixels, unit.first - 5 : unit.first - 5 + unit.count] += 1
+        done[unit.pixels, unit.first - 5 : unit.first - 5 + unit.spp] += 1
     assert (done == 1).all()
 
 
@@ -44,7 +44,7 @@ def test_no_unit_is_larger_than_a_wavefront(lanes):
     """Its memory is what `lanes` promises."""
     for pixels in range(1, 40):
         work, _ = plan(pixels, 1, samples=20, lanes=lanes)
-        assert max(len(u.pixels) * u.count for u in work) <= lanes
+        assert max(len(u.pixels) * u.spp for u in work) <= lanes
 
 
 def test_the_first_picture_comes_soon_and_passes_grow():
@@ -52,8 +52,8 @@ def test_the_first_picture_comes_soon_and_passes_grow():
     work, pixels = plan(32, 32, samples=64, lanes=300)
     counts: dict[int, int] = {}
     for unit in work:
-        counts.setdefault(unit.first, unit.count)
-        assert counts[unit.first] == unit.count
+        counts.setdefault(unit.first, unit.spp)
+        assert counts[unit.first] == unit.spp
     assert list(counts.values()) == [1, 1, 2, 4, *[8] * 7]
     assert list(counts) == sorted(counts)
     assert max(counts.values()) == LARGEST_PASS
@@ -73,7 +73,7 @@ def test_without_a_sample_limit_there_is_no_end():
     first = 9
     for unit in islice(units(settings, morton_order(4, 4)), 1000):
         assert unit.first == first
-        first += unit.count
+        first += unit.spp
 
 
 @pytest.mark.parametrize("size", [*SIZES, (300, 5), (1, 70_000)])

@@ -85,9 +85,7 @@ def chi2_sphere(
     elsewhere = n - expected.sum()
     if elsewhere < -1e-3 * n:
         raise AssertionError(f"the density integrates to {expected.sum() / n:.6f}, more than 1")
-    return chi2_counts(
-        np.append(observed, n - observed.sum()), np.append(expected, max(elsewhere, 0.0))
-    )
+    return chi2_counts(np.append(observed, n - observed.sum()), np.append(expected, max(elsewhere, 0.0)))
 
 
 def integrate_sphere(pdf_fn: PdfFn, resolution: tuple[int, int] = (20, 40)) -> float:

@@ -18,9 +18,7 @@ def room(material: Graph, lamp: LightData | None = None, sky: Graph | None = Non
     ball = (make.sphere(0.6, 24), make.translation(0.2, 0.3, 0.7), material)
     glow = (make.quad(0.8), make.translation(-0.6, 0.2, 2.4), make.emission((6.0, 5.0, 4.0), "glow"))
     objects = [floor, back, ball] + ([] if lamp else [glow])
-    return make.scene(
-        objects, make.perspective((0, -5, 1.6), (0, 0, 0.9), 0.35), [lamp] if lamp else [], sky
-    )
+    return make.scene(objects, make.perspective((0, -5, 1.6), (0, 0, 0.9), 0.35), [lamp] if lamp else [], sky)
 
 
 def rotation_x(angle: float) -> np.ndarray:
@@ -39,8 +37,6 @@ def half_transparent(factor: float) -> Graph:
     nodes = (
         Node("BsdfDiffuse", "d", {"Color": make.rgba(0.7), "Roughness": 0.0}),
         Node("BsdfTransparent", "t", {"Color": make.WHITE}),
-        Node(
-            "MixShader", "m", {"Fac": factor, "Shader": Link(0, "BSDF"), "Shader_001": Link(1, "BSDF")}
-        ),
+        Node("MixShader", "m", {"Fac": factor, "Shader": Link(0, "BSDF"), "Shader_001": Link(1, "BSDF")}),
     )
     return Graph("veil", nodes, {"Surface": Link(2, "Shader")})

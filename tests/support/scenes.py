@@ -101,7 +101,9 @@ def sphere(radius: float = 1.0, rings: int = 64, smooth: bool = True) -> MeshDat
     """A latitude-longitude sphere, vertices on the sphere, normals outward."""
     theta = np.linspace(0, np.pi, rings + 1)[:, None]
     phi = np.linspace(0, 2 * np.pi, 2 * rings, endpoint=False)[None, :]
-    p = np.stack(np.broadcast_arrays(np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)), -1)
+    p = np.stack(
+        np.broadcast_arrays(np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)), -1
+    )
     m = 2 * rings
     i, j = (a.ravel() for a in np.meshgrid(np.arange(rings), np.arange(m), indexing="ij"))
     a, b, c, d = i * m + j, (i + 1) * m + j, (i + 1) * m + (j + 1) % m, i * m + (j + 1) % m
@@ -171,12 +173,19 @@ def scene(
         visibility=np.full(n, Visibility.ALL, np.uint8),
         names=tuple(f"object {k}" for k in range(n)),
     )
-    return Snapshot(tuple(m for m, _, _ in objects), instances, tuple(materials), (), tuple(lights), sky, camera)
+    return Snapshot(
+        tuple(m for m, _, _ in objects), instances, tuple(materials), (), tuple(lights), sky, camera
+    )
 
 
 def rendered(snapshot: Snapshot, size: int | tuple[int, int] = 16, **settings: Any) -> RenderResult:
     """Render it; box filter and the independent sampler unless told otherwise."""
     width, height = (size, size) if isinstance(size, int) else size
-    defaults: dict[str, Any] = {"pixel_filter": "BOX", "filter_width": 1.0, "sampler": "independent", "threads": 1}
+    defaults: dict[str, Any] = {
+        "pixel_filter": "BOX",
+        "filter_width": 1.0,
+        "sampler": "independent",
+        "threads": 1,
+    }
     chosen = RenderSettings(width, height, **{**defaults, **settings})
     return render(prepare(snapshot, chosen.film_transparent), chosen)

@@ -28,12 +28,14 @@ def motion_blur(scene):
 
 def shadow_caustics(depsgraph):
     """Cycles' manifold walks, which need a lamp, a caster and a receiver that are marked for them."""
+
     def marked(name):
         settings = [getattr(item, "cycles", None) for o in depsgraph.objects for item in (o, o.data)]
         return any(getattr(item, name, False) for item in settings)
 
     if marked("is_caustics_caster") and marked("is_caustics_receiver"):
-        yield ("Scene", "shadow caustics", "light refracted onto receivers is missing, or noisy where lamps have a size")
+        effect = "light refracted onto receivers is missing, or noisy where lamps have a size"
+        yield ("Scene", "shadow caustics", effect)
 
 
 def may_move(scene) -> bool:
