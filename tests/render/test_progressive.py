@@ -171,7 +171,8 @@ def test_a_failure_in_a_worker_arrives_in_the_caller(threads):
             scene(), settings(threads=threads, integrator="failing", samples=4096), lambda p: done.append(0)
         )
     assert len(done) <= 2 + threads
-    assert Failing.calls <= 3 + threads + 1  # the others in flight end; no more are begun
+    # the third call may be that of any unit in flight, and as many again may have begun behind it
+    assert Failing.calls <= 3 + 2 * threads
 
 
 @THREADS
