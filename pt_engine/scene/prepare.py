@@ -131,7 +131,7 @@ def shading_layers(
 
 
 def coverage(snapshot: Snapshot, scene: Scene, lamps: list[Coverage]) -> list[Coverage]:
-    """What of the file is not rendered exactly or at all: materials in use, world, lamps, export, geometry."""
+    """How each part of the file is rendered: materials in use, world, lamps, export, geometry."""
     used = {snapshot.materials[m].name for m in scene.used_materials}
     entries = [entry for entry in scene.materials.coverage if entry.material in used]
     entries += [*scene.world.coverage, *lamps]

@@ -134,7 +134,7 @@ class Scene:
         self._make_groups()
 
     def with_pixels(self, width: int) -> Scene:
-        """The same scene for an image `width` pixels wide: how fine the shading has to look (Bump's steps)."""
+        """The same scene for an image `width` pixels wide: how fine shading has to look (Bump's steps)."""
         scene, data = copy.copy(self), self.camera.data
         if data.kind == "PERSP":
             scene.pixel_angle = (data.frame[1] - data.frame[0]) / width
@@ -161,7 +161,7 @@ class Scene:
         self.dead = len(self.groups)  # the group of lanes that go no further
         self.smooth_groups = sum(not batches[g.batch].delta_only for g in self.groups)
         number = {g: k for k, g in enumerate(self.groups)}
-        self._group_of_surface = np.array(
+        self._group_of_surface: BatchNumbers = np.array(
             [
                 self.dead if m < 0 else number.get(Group(int(self.materials.batch_of[m]), bool(s)), self.dead)
                 for m, s in zip(surfaces.surface_material, surfaces.surface_smooth, strict=True)
@@ -197,7 +197,8 @@ class Scene:
 
     def batch(self, found: Intersection) -> BatchNumbers:
         """Each lane's group number; `dead` where the ray left the scene or the surface only emits."""
-        return np.asarray(self._group_of_surface.take(found.surface))
+        group: BatchNumbers = self._group_of_surface.take(found.surface)
+        return group
 
     # ------------------------------------------------------------------ emission found by a ray
 

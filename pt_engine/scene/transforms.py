@@ -73,15 +73,12 @@ def inverse_transposed(m: Float64) -> Float64:
 
 
 def inverted(m: Float64) -> Float64:
-    """Inverse of a 3×3 matrix; a flattened object (zero scale) is given a hair of thickness, as in Cycles."""
-    scale = float(np.abs(m).max()) if np.isfinite(m).all() else 0.0
-    if scale == 0.0:
+    """Inverse of a 3×3 matrix; of a flattened object, the one that undoes it within its plane."""
+    if not np.isfinite(m).all():
         return np.eye(3)
-    if abs(np.linalg.det(m / scale)) < 1e-24:
-        m = m + 1e-8 * scale * np.eye(3)
-    if abs(np.linalg.det(m / scale)) < 1e-30:
-        return np.linalg.pinv(m)
-    return np.linalg.inv(m)
+    stretch = np.linalg.svd(m, compute_uv=False)
+    # a determinant that is only rounding would give an inverse of the size of its reciprocal
+    return np.linalg.pinv(m, rcond=1e-8) if stretch[2] <= 1e-8 * stretch[0] else np.linalg.inv(m)
 
 
 def _apply(m: Float32, w: Float32) -> Float32:

@@ -94,7 +94,7 @@ def test_plane_under_a_constant_sky(integrator):
 @pytest.mark.parametrize("albedo", [0.0, 0.5, 0.9])
 @pytest.mark.parametrize("integrator", ["path", "path_active", "path_fixed"])
 def test_closed_box_radiance_is_the_neumann_series(albedo, integrator):
-    """Uniform emitter Le inside a closed box of reflectance a: L = Le Σ aᵏ, truncated after max_depth edges."""
+    """Uniform emitter Le in a closed box of reflectance a: L = Le Σ aᵏ, truncated after max_depth edges."""
     walls = (make.box(2.0, inward=True), UP, make.shining_diffuse(albedo, 1.0))
     snapshot = make.scene([walls], make.perspective((0.1, 0.2, -0.3), (0.5, 0.4, 0.2), 1.0))
     for max_depth in (1, 2, 5, 20):
