@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -11,13 +12,17 @@ from . import machine
 from .shapes import FRAMES, RR_DEPTH
 
 TARGETS = {"S1": 1.6e6, "S2": 1.5e6, "S4": 1.0e6}  # camera samples per second on one core
-SECONDS = 6.0  # of rendering per measurement
+SECONDS = 4.0  # of rendering per measurement
 REPEATS = 2
 
 
 def renders(blends: dict[str, Path], peers: bool = True) -> dict[str, Any]:
     """All figures of each scene."""
-    return {name: measure(blend, peers) for name, blend in blends.items()}
+    results = {}
+    for name, blend in blends.items():
+        results[name] = measure(blend, peers)
+        print(f"{name}: {json.dumps(results[name])}", file=sys.stderr, flush=True)
+    return results
 
 
 def measure(blend: Path, peers: bool) -> dict[str, Any]:
