@@ -226,7 +226,8 @@ class Scene:
         clear = escaped[seen]
         if self.alpha is not None:
             self.alpha[path.slot.take(clear)] = 1 - vectors.mean3(path.beta.take(clear, axis=1))
-        return escaped[~seen]
+        others: NDArray[np.intp] = escaped[~seen]
+        return others
 
     def _surface_emission(self, lit: NDArray[np.intp], hit: Surface, path: PathState) -> Found:
         distance = hit.t + path.travelled.take(lit) if self.transparent_surfaces else hit.t

@@ -165,12 +165,7 @@ class SliceBSDF:
 
     def sample(self, u: Float32, out: Scattered) -> None:
         """Fill `out` with one direction per lane from uniforms `u` (3, N)."""
-        if len(self.closures) == 0:
-            out.weight[:] = 0
-            out.wo[:] = self.lanes.ng
-            out.pdf[:] = 0
-            out.lobe[:] = Lobe.NONE
-        elif len(self.closures) == 1:
+        if len(self.closures) == 1:
             self._sample_only(u, out)
         else:
             self._sample_among(u, out)
