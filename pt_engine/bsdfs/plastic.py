@@ -22,6 +22,7 @@ from . import energy, fresnel, reflection
 from .base import BSDFSample, Float32, Lobe, UInt8
 from .microfacet import GGX, roughness
 
+SPECULAR = True
 LEAST_CHOICE = 0.05
 WHITE = np.ones((1, 1), np.float32)
 

@@ -2,7 +2,7 @@
 
 f·cosθo = F(wi·m) D(m) G2(wi, wo)/(4 cosθi)
 
-What F lets through is the business of the layers below, see `principled`. `tint` scales F at normal
+What F lets through is the business of the layers below (see `energy.gloss`). `tint` scales F at normal
 incidence and leaves it 1 at grazing (see `dielectric`).
 """
 

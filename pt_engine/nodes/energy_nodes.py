@@ -14,8 +14,9 @@ from ..bsdfs import conductor, energy
 from ..bsdfs import fresnel as law
 from ..core import vectors
 from .graph import NodeView
-from .ir import COLOR, FLOAT, Const, Op, Value, lane_op, op
+from .ir import COLOR, FLOAT, Op, Value, lane_op, op
 from .roughness import Rough
+from .surface import is_constantly
 
 Float32 = NDArray[np.float32]
 GRAZING: Final = np.float32(1e-4)
@@ -134,7 +135,7 @@ def gloss_layer(
 ) -> tuple[Value, Value]:
     """Factor of a dielectric gloss' weight, and the share it leaves to what is below."""
     base, average = n.calls(gloss_colors, eta, tint)
-    grey = isinstance(tint, Const) and tint.is_all(1)
+    grey = is_constantly(tint, 1)
     alphas = [rough.alpha_x] if rough.alpha_y is None else [rough.alpha_x, rough.alpha_y]
     static = (rough.alpha_y is not None, multiscatter and not rough.is_smooth, grey)
     what = gloss_grey if grey else gloss_tinted

@@ -142,6 +142,12 @@ def saturate(a: Float32) -> Float32:
     return np.minimum(np.maximum(a, 0), 1)
 
 
+@op(FLOAT)
+def at_least(a: Float32, low: Float32) -> Float32:
+    """max(a, low)."""
+    return np.maximum(a, low)
+
+
 @node("Math")
 def math_node(n: NodeView) -> Outputs:
     operation = str(n.prop("operation", "ADD"))

@@ -2,8 +2,10 @@
 
     transparency · (1 − alpha);  then coat, emission, metal · metallic, glass · transmission, gloss, diffuse
 
-A layer of weight w and directional albedo A leaves 1 − w·max(A) to those below, as in Cycles (its sheen,
-thin film and subsurface are still to come; see the coverage entries).
+A layer of weight w and directional albedo A toward the viewer leaves 1 − w·max(A) to those below ("albedo
+scaling"), as in Cycles; metal and glass take their share of the surface. The coat's tint is absorption along
+the refracted view ray. Not Cycles': no sheen, no thin film, solid walls, and subsurface scattering in its
+diffuse limit; the coverage entries say so.
 """
 
 from __future__ import annotations
@@ -18,16 +20,16 @@ from ..core import vectors
 from .color_nodes import saturate_color
 from .energy_nodes import glass_gained, gloss_layer, tinted_average
 from .graph import NodeView
-from .ir import COLOR, FLOAT, Const, Value, lane_op, op
-from .math_nodes import saturate, select
+from .ir import COLOR, FLOAT, Value, lane_op, op
+from .math_nodes import at_least, saturate, select
 from .normals import closure_normal
 from .registry import shader
 from .roughness import Rough, anisotropic, principled_alphas, squared
-from .shaders import add_diffuse, add_metal, is_multiscatter, relative_index
-from .surface import SurfaceBuilder, at_least_zero, is_zero
+from .shaders import add_diffuse, add_metal, is_lambert, is_multiscatter, note_thin_film, relative_index
+from .surface import SurfaceBuilder, at_least_zero, is_at_most, is_constantly, is_zero
 
 Float32 = NDArray[np.float32]
-DIFFUSE_MINIMUM: Final = 1e-5  # Cycles leaves out layers of less weight
+CUTOFF: Final = 1e-5  # Cycles leaves out layers of less weight
 
 
 # ------------------------------------------------------------------ what the layers leave
@@ -44,22 +46,14 @@ def through_coat(lanes: Any, eta: Float32, tint: Float32, *normal: Float32) -> F
 
 @op(FLOAT)
 def coat_share(weight: Float32, under: Float32) -> Float32:
-    """What a coat of some weight leaves: 1 − weight·(1 − under)."""
-    left: Float32 = 1 - weight * (1 - under)
-    return left
-
-
-@op(FLOAT)
-def at_least(x: Float32, low: Float32) -> Float32:
-    """max(x, low)."""
-    return np.maximum(x, low)
+    """What a coat of some weight leaves: 1 − weight·(1 − under), not below 0."""
+    return np.maximum(1 - weight * (1 - under), 0)
 
 
 @op(FLOAT)
 def leveled_index(ior: Float32, level: Float32) -> Float32:
     """The index whose reflectance at normal incidence is 2·level times that of `ior`."""
-    f0 = np.minimum(law.normal_incidence(ior) * (2 * np.maximum(level, 0)), np.float32(0.999))
-    eta = law.index_of(f0)
+    eta = law.index_of(law.normal_incidence(ior) * (2 * np.maximum(level, 0)))
     return select(level == np.float32(0.5), ior, select(ior < 1, 1 / eta, eta))
 
 
@@ -80,14 +74,13 @@ class Layers:
         self.normal, self.multiscatter = closure_normal(n), is_multiscatter(n)
         self.base = n.color("Base Color", 0.8)
         self.clamped = n.call(saturate_color, self.base)
-        self.ior = n.call(at_least, n.float("IOR", 1.5), n.constant(DIFFUSE_MINIMUM, FLOAT))
+        self.ior = n.call(at_least, n.float("IOR", 1.5), n.constant(1e-5, FLOAT))
         self.tint = n.call(at_least_zero, n.color("Specular Tint", 1.0))
 
     def share(self, name: str) -> Value:
         """A layer's weight in [0, 1]; the constant 0 where too small to matter."""
-        value = self.n.call(saturate, self.n.float(name))
-        small = isinstance(value, Const) and float(value.data[0]) <= DIFFUSE_MINIMUM
-        return self.b.zero if small else value
+        value = self.n.float(name)
+        return self.b.zero if is_at_most(value, CUTOFF) else self.n.call(saturate, value)
 
     def leave(self, share: Value) -> None:
         """Scale what is left."""
@@ -103,9 +96,10 @@ class Layers:
             self.n.approximate("no sheen")
 
     def coat(self) -> None:
-        n, share = self.n, self.share("Coat Weight")
-        if is_zero(share):
+        n, share = self.n, self.n.float("Coat Weight")
+        if is_at_most(share, CUTOFF):
             return
+        share = n.call(at_least, share, self.b.zero)  # above 1 too, as in Cycles
         normal = closure_normal(n, "Coat Normal")
         eta = n.call(at_least, n.float("Coat IOR", 1.5), n.constant(1.0, FLOAT))
         rough = Rough(n.call(squared, n.float("Coat Roughness", 0.03)))
@@ -115,7 +109,7 @@ class Layers:
         extra = () if normal is None else (normal,)
         self.leave(n.call(coat_share, share, under))
         tint = n.color("Coat Tint", 1.0)
-        if not (isinstance(tint, Const) and tint.is_all(1)):
+        if not is_constantly(tint, 1):
             tinted = n.call(through_coat, eta, tint, *extra)
             rest = self.b.multiply(self.b.complement(share), n.constant(1.0, COLOR))
             self.leave(self.b.add(rest, self.b.multiply(share, tinted)))
@@ -139,12 +133,12 @@ class Layers:
         n, share = self.n, self.share("Transmission Weight")
         if is_zero(share):
             return
-        if n.prop("Thin Wall", False) or not is_zero(n.float("Thin Wall")):
+        if not is_zero(n.float("Thin Wall")):
             n.approximate("thin walls refract like solid glass")
         rough = Rough(n.call(squared, n.float("Roughness", 0.5)))
         through, eta = n.call(root, self.clamped), n.call(relative_index, self.ior)
         params = {"alpha": rough.alpha_x, "eta": eta, "transmission_tint": through}
-        if not (isinstance(self.tint, Const) and self.tint.is_all(1)):
+        if not is_constantly(self.tint, 1):
             params["specular_tint"] = self.tint
         weight = self.b.multiply(self.weight, share)
         if self.multiscatter:
@@ -153,12 +147,12 @@ class Layers:
         self.leave(self.b.complement(share))
 
     def gloss(self, rough: Rough) -> None:
-        n = self.n
-        eta = n.call(leveled_index, self.ior, n.float("Specular IOR Level", 0.5))
-        if isinstance(eta, Const) and eta.is_all(1):
+        n, level = self.n, self.n.float("Specular IOR Level", 0.5)
+        if is_at_most(level, 0) or is_constantly(self.ior, 1):
             return
+        eta = self.ior if is_constantly(level, 0.5) else n.call(leveled_index, self.ior, level)
         params = rough.params() | {"eta": eta}
-        if not (isinstance(self.tint, Const) and self.tint.is_all(1)):
+        if not is_constantly(self.tint, 1):
             params["tint"] = self.tint
         gain, left = gloss_layer(n, rough, eta, self.tint, self.normal, self.multiscatter)
         weight = self.b.multiply(self.weight, gain)
@@ -166,15 +160,19 @@ class Layers:
         self.leave(left)
 
     def diffuse(self) -> None:
-        n = self.n
-        normal, roughness = closure_normal(n), n.float("Diffuse Roughness")
+        n, b, roughness = self.n, self.b, self.n.float("Diffuse Roughness")
         share = self.share("Subsurface Weight")
+        rest = b.multiply(b.complement(share), self.base)
         if not is_zero(share):
             n.approximate("subsurface light leaves where it enters")
-            under = self.b.multiply(self.b.multiply(self.weight, share), self.clamped)
-            self.out.add("diffuse", {}, under, normal)
-        rest = self.b.multiply(self.weight, self.b.complement(share))
-        add_diffuse(n, self.out, self.b.multiply(rest, self.base), roughness, self.base, normal)
+            if not is_zero(n.float("Thin Wall")):
+                n.approximate("thin walls let no subsurface light through")
+            under = b.multiply(share, self.clamped)
+            if is_lambert(roughness):
+                rest = b.add(rest, under)
+            else:
+                self.out.add("diffuse", {}, b.multiply(self.weight, under), self.normal)
+        add_diffuse(n, self.out, b.multiply(self.weight, rest), roughness, self.base, self.normal)
 
 
 @shader("BsdfPrincipled")
@@ -187,9 +185,7 @@ def principled(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     if is_zero(layers.weight):
         return
     rough = anisotropic(n, principled_alphas, ("Anisotropic", "Anisotropic Rotation"), layers.normal)
-    film = n.float("Thin Film Thickness")
-    if not is_zero(film):
-        n.approximate("no colours of a thin film")
+    note_thin_film(n)
     layers.metal(rough)
     if not is_zero(layers.weight):
         layers.glass()

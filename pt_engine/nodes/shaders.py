@@ -7,17 +7,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .energy_nodes import complex_average, gained, glass_gained, gloss_layer, tinted_average
+from .energy_nodes import complex_average, gained, glass_gained, tinted_average
 from .graph import NodeView
-from .ir import COLOR, FLOAT, Const, Value, lane_op
-from .math_nodes import saturate
+from .ir import COLOR, FLOAT, Value, lane_op
+from .math_nodes import at_least, saturate
 from .normals import closure_normal
 from .registry import shader
 from .roughness import Rough, anisotropic, glossy_alphas, isotropic, principled_alphas
-from .surface import SurfaceBuilder, is_zero
+from .surface import SurfaceBuilder, is_at_most, is_constantly, is_zero
 
 Float32 = NDArray[np.float32]
-ALMOST_SMOOTH = 1e-5  # diffuse roughness below this is Lambert's law, as in Cycles
+ALMOST_SMOOTH = 1e-5  # diffuse roughness up to this is Lambert's law, as in Cycles
+THINNEST_FILM = 0.1  # nm; thinner films have no effect, as in Cycles
 
 
 # ------------------------------------------------------------------ structure
@@ -67,11 +68,16 @@ def add_diffuse(
     normal: Value | None,
 ) -> None:
     """Lambert, or Oren-Nayar where the roughness is not constantly 0; `weight` carries the colour."""
-    if isinstance(roughness, Const) and float(roughness.data[0]) < ALMOST_SMOOTH:
+    if is_lambert(roughness):
         out.add("diffuse", {}, weight, normal)
         return
     params = {"roughness": n.call(saturate, roughness), "color": n.call(saturate_color(), color)}
     out.add("oren_nayar", params, weight, normal)
+
+
+def is_lambert(roughness: Value) -> bool:
+    """Whether a diffuse roughness is constantly 0."""
+    return is_at_most(roughness, ALMOST_SMOOTH)
 
 
 def saturate_color() -> Any:
@@ -203,8 +209,7 @@ def pt_conductor(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
 
 def note_thin_film(n: NodeView) -> None:
     """Thin films are not rendered yet."""
-    thickness = n.node.inputs.get("Thin Film Thickness")
-    if thickness is not None and thickness != 0:
+    if not is_at_most(n.float("Thin Film Thickness"), THINNEST_FILM):
         n.approximate("no colours of a thin film")
 
 
@@ -265,12 +270,15 @@ def pt_dielectric(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
 
 @shader("PtRoughPlastic")
 def pt_rough_plastic(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    """A dielectric gloss over a diffuse base that gets what the gloss does not reflect toward the viewer."""
-    b, normal, rough = n.builder, closure_normal(n), isotropic(n, 0.3)
-    eta, tint = n.float("IOR", 1.5), n.constant(1.0, COLOR)
-    gain, left = gloss_layer(n, rough, eta, tint, normal, is_multiscatter(n))
-    out.add(
-        "specular", rough.params() | {"eta": eta}, b.multiply(weight, gain), normal, None, rough.is_smooth
-    )
-    n.approximate("the base is dimmed by the gloss toward the viewer only, not toward the light")
-    out.add("diffuse", {}, b.multiply(b.multiply(weight, left), n.color("Color", 0.5)), normal)
+    """A clear coat over a diffuse base, on both sides: `bsdfs.plastic`."""
+    params = {
+        "alpha": isotropic(n, 0.3).alpha_x,
+        "eta": n.call(at_least, n.float("IOR", 1.5), n.builder.one),
+        "diffuse": n.call(saturate_color(), n.color("Color", 0.5)),
+    }
+    specular = n.color("Specular Color", 1.0)
+    if not is_constantly(specular, 1):
+        params["specular"] = n.call(saturate_color(), specular)
+    if n.prop("nonlinear", False):
+        params["nonlinear"] = n.builder.one
+    out.add("plastic", params, weight, closure_normal(n))

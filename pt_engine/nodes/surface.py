@@ -83,9 +83,19 @@ class SurfaceBuilder:
             self.leaves.append(Leaf(TRANSPARENT, (), self.transparency, dirac=True))
 
 
+def is_constantly(value: Value, number: float) -> bool:
+    """Whether a value is a constant of which all components equal `number`."""
+    return isinstance(value, Const) and value.is_all(number)
+
+
 def is_zero(value: Value) -> bool:
     """Whether a value is the constant 0."""
-    return isinstance(value, Const) and value.is_all(0)
+    return is_constantly(value, 0)
+
+
+def is_at_most(value: Value, number: float) -> bool:
+    """Whether a value is a constant of which no component is above `number`."""
+    return isinstance(value, Const) and bool((value.data <= number).all())
 
 
 @op(COLOR)

@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.rows import scatter_add
 from ..scene.lanes import Surface
 from ..scene.scene import Rays, Scene
 from ..scene.shading import ShadedBSDF
@@ -42,7 +43,7 @@ class Direct(Integrator):
         bsdf = scene.shade(si, path, spans)
         path.L[:] = 0
         self.reflected(scene, path, si, bsdf, path.sampler(sampler))
-        radiance[:, path.slot] += path.L
+        scatter_add(radiance, path.slot, path.L)
         return radiance
 
     def reflected(
@@ -64,7 +65,7 @@ class DirectBSDF(Direct):
     ) -> None:
         rays = path.scatter(si, bsdf.sample(random.bsdf(0)))
         for hit in scene.emission(rays, scene.intersect(rays), path):
-            path.L[:, hit.lanes] += path.beta.take(hit.lanes, axis=1) * hit.radiance
+            scatter_add(path.L, hit.lanes, path.beta.take(hit.lanes, axis=1) * hit.radiance)
 
 
 class DirectEmitter(Direct):

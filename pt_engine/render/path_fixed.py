@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.rows import scatter
 from ..scene.scene import Rays, Scene
 from .dimensions import LaneSampler
 from .integrator import Integrator
@@ -41,5 +42,5 @@ class PathFixed(Integrator):
                 here, here.go_on(scene, si, bsdf.sample(random.bsdf(bounce)), self.max_depth)
             )
         radiance = np.empty((3, path.size), np.float32)
-        radiance[:, path.slot] = path.L
+        scatter(radiance, path.slot, path.L)
         return radiance

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..bsdfs.base import Lobe
 from ..core import vectors
 from ..core.raykind import RayKind
-from ..core.rows import Rows
+from ..core.rows import Rows, scatter_add
 from ..scene.accel import FAR
 from ..scene.lanes import Surface
 from ..scene.scene import Found, Rays, Scene
@@ -128,7 +128,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         """L += β · mis · Le on the lanes that found an emitter."""
         lanes = found.lanes
         weight = mis(self.pdf.take(lanes), found.pdf)
-        self.L[:, lanes] += self.beta.take(lanes, axis=1) * found.radiance * weight
+        scatter_add(self.L, lanes, self.beta.take(lanes, axis=1) * found.radiance * weight)
 
     def scatter(self, si: Surface, to: Scattered) -> Rays:
         """Go on toward the sampled directions; returns the next rays."""

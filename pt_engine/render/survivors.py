@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
+from ..core.rows import scatter
 from ..scene.lanes import Surface
 from ..scene.scene import BatchNumbers, Intersection, Rays, Scene
 from ..scene.shading import Scattered
@@ -58,9 +59,7 @@ class Wavefront:
         return (path if alive == path.size and len(spans) == 1 else path.take(order)), order, spans
 
     def _keep(self, path: PathState, ended: NDArray[np.intp]) -> None:
-        slot = path.slot.take(ended)
-        for channel, radiance in zip(self._radiance, path.L, strict=True):
-            channel[slot] = radiance.take(ended)
+        scatter(self._radiance, path.slot.take(ended), path.L.take(ended, axis=1))
 
     def advance(self, path: PathState, si: Surface, to: Scattered, u: Float32 | None) -> Rays:
         """Scatter every path, or let it pass a transparent surface; with `u`, roulette may end it."""
@@ -73,7 +72,7 @@ class Wavefront:
 
     def finish(self, path: PathState) -> Float32:
         """Radiance of all camera rays."""
-        self._radiance[:, path.slot] = path.L
+        scatter(self._radiance, path.slot, path.L)
         return self._radiance
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..bsdfs.base import BSDF, Lobe, gather
 from ..core import frames, vectors
+from ..core.rows import scatter
 from .lanes import Lanes
 from .raised_normal import raised_normal
 
@@ -202,8 +203,8 @@ class SliceBSDF:
             if self.bent:
                 ng = self.lanes.ng.take(index, axis=1)
                 weight = weight * (self._same_side(wo, s.wo[2], ng) | _passes(s.lobe))
-            out.wo[:, index] = wo
-            dirac_weight[:, index] = weight
+            scatter(out.wo, index, wo)
+            scatter(dirac_weight, index, weight)
             out.lobe[index] = s.lobe
         value, pdf = self.eval_pdf(out.wo)
         dirac = (out.lobe & Lobe.DELTA) != 0

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..core import vectors
 from ..core.raykind import RayKind
+from ..core.rows import scatter
 from .geometry import SKY
 from .lanes import Arrivals, Lanes, Surface
 
@@ -39,7 +40,7 @@ def transmittance(scene: Scene, o: Float32, d: Float32, tfar: Float32, limit: in
         left = rays.tfar.copy()  # Embree overwrites tfar with the hit's distance
         found = scene.intersect(rays, "shadow")
         clear = np.flatnonzero(found.surface == SKY)
-        result[:, lanes.take(clear)] = light.take(clear, axis=1)
+        scatter(result, lanes.take(clear), light.take(clear, axis=1))
         hit = np.flatnonzero(scene.passes.take(scene.batch(found)))
         si = scene.surface(rays, found, hit)
         dimmed = light.take(hit, axis=1) * _transparency(scene, si, scene.batch(found).take(hit))
