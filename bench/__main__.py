@@ -1,4 +1,7 @@
-"""`python -m bench stages|renders|memory|all`: measure, write JSON, and with `all` docs/numbers.md."""
+"""`python -m bench stages|renders|memory|all`: measure, write JSON, and with `all` docs/numbers.md.
+
+`python -m bench page` writes docs/numbers.md from what the last separate measurements left.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ from .shapes import MODELS
 def main() -> None:
     """Parse the command line and measure."""
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
-    parser.add_argument("what", choices=("stages", "renders", "memory", "all"))
+    parser.add_argument("what", choices=("stages", "renders", "memory", "all", "page"))
     parser.add_argument("--scene", action="append", choices=tuple(MODELS), help="may be repeated")
     parser.add_argument("--sampler", default="independent", help="of `stages`")
     parser.add_argument("--passes", type=int, default=6, help="of `stages`: the best of so many")
@@ -31,12 +34,16 @@ def main() -> None:
 
     text = page(results)
     sys.stdout.write(text)
-    if arguments.what == "all":
+    if arguments.what in ("all", "page"):
         (machine.ROOT / "docs" / "numbers.md").write_text(text, encoding="utf-8")
 
 
 def measured(arguments: argparse.Namespace) -> dict[str, Any]:
     """Everything that was asked for."""
+    if arguments.what == "page":
+        parts = (arguments.folder / f"{what}.json" for what in ("stages", "renders", "memory"))
+        found = [json.loads(part.read_text(encoding="utf-8")) for part in parts if part.exists()]
+        return {key: value for part in found for key, value in part.items()}
     blends = made(arguments.folder.resolve(), tuple(arguments.scene or MODELS))
     results: dict[str, Any] = {"machine": machine.description()}
     every = arguments.what == "all"
