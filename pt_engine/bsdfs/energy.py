@@ -68,8 +68,15 @@ def passed(alpha: Float32, eta: Float32, cos: Float32) -> Float32:
 
 
 def inner_reflectance(alpha: Float32, eta: Float32) -> Float32:
-    """Share of diffuse light inside a dielectric (η > 1) that its surface sends back: (N,) or (1,)."""
-    return _row2("inner_average", table_roughness(alpha, None), _index_axis(eta), np.zeros(1, np.int32))
+    """Share of diffuse light inside a dielectric (η > 1) that its surface sends back: (N,) or (1,).
+
+    By reciprocity what gets out is 1/η² of what gets in, 2∫ `passed` cosθ d(cosθ), and R the rest but for
+    what is lost between facets. Interpolating the loss, not R, keeps a smooth surface from losing any.
+    """
+    rough, z, nowhere = table_roughness(alpha, None), _index_axis(eta), np.zeros(1, np.int32)
+    out: Float32 = _row2("passed_average", rough, z, nowhere) / (eta * eta)
+    back: Float32 = 1.0 - out - _row2("inner_loss", rough, z, nowhere)
+    return back
 
 
 def table_roughness(alpha_x: Float32, alpha_y: Float32 | None) -> Float32:
@@ -103,7 +110,23 @@ def _index_axis(eta: Float32) -> Float32:
 @cache
 def _tables() -> dict[str, Float32]:
     with np.load(Path(__file__).with_name("tables.npz"), allow_pickle=False) as file:
-        return {name: np.ascontiguousarray(file[name], np.float32) for name in file.files}
+        tables = {name: np.ascontiguousarray(file[name], np.float32) for name in file.files}
+    return tables | _inner(tables["passed"], tables["inner_average"])
+
+
+def _inner(passed: Float32, inner_average: Float32) -> dict[str, Float32]:
+    """2∫ `passed` cosθ d(cosθ), exactly as interpolated, and what is lost of diffuse light inside."""
+    step = 1.0 / (passed.shape[2] - 1)
+    weights = 2.0 * step * np.linspace(0.0, 1.0, passed.shape[2])  # of a hat function: 2∫ hat(c) c dc
+    weights[0], weights[-1] = step * step / 3.0, step - step * step / 3.0
+    average = (passed * weights).sum(axis=2)
+    z = np.linspace(0.0, 1.0, passed.shape[1])
+    loss = 1.0 - average * ((1.0 - z * z) / (1.0 + z * z)) ** 2 - inner_average
+    loss[0] = 0.0  # smooth
+    return {
+        "passed_average": average.astype(np.float32),
+        "inner_loss": np.maximum(loss, 0.0).astype(np.float32),
+    }
 
 
 def _cell(x: Float32, size: int) -> tuple[Int32, Float32]:

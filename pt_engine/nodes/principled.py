@@ -47,7 +47,8 @@ def through_coat(lanes: Any, eta: Float32, tint: Float32, *normal: Float32) -> F
 @op(FLOAT)
 def coat_share(weight: Float32, under: Float32) -> Float32:
     """What a coat of some weight leaves: 1 − weight·(1 − under), not below 0."""
-    return np.maximum(1 - weight * (1 - under), 0)
+    left: Float32 = np.maximum(1 - weight * (1 - under), 0)
+    return left
 
 
 @op(FLOAT)

@@ -34,12 +34,12 @@ def test_weight_is_value_over_pdf(alpha: float, cos: float) -> None:
 @pytest.mark.parametrize("alpha", [0.0, 0.1, 0.6])
 @pytest.mark.parametrize("cos", [0.1, 0.5, 1.0])
 def test_white_furnace_gains_nothing(alpha: float, cos: float, nonlinear: float) -> None:
-    """White plastic, smooth, keeps all; rough loses what hits two facets. 2 %: the tables' interpolation."""
+    """White plastic, smooth, keeps all; rough loses what hits two facets. 1 %: the tables' interpolation."""
     white = plastic.Params(f32(alpha), f32(1.5), f32(1.0, 1.0, 1.0), None, f32(nonlinear))
     albedo = checks.directional_albedo(plastic, white, direction(cos), rows=64)
-    assert albedo.max() <= 1.02
+    assert albedo.max() <= 1.01
     if alpha == 0:
-        assert albedo.min() >= 0.98
+        assert albedo.min() >= 0.99
 
 
 def test_smooth_coat_reflects_as_a_mirror() -> None:
@@ -96,4 +96,4 @@ def test_agrees_with_mitsuba(alpha: float, nonlinear: bool) -> None:
 
 def test_internal_reflectance_of_glass_is_egans() -> None:
     """R = 0.596 for η = 1.5 (Egan and Hilgeman 1973: 0.5963), to the tables' interpolation."""
-    assert energy.inner_reflectance(f32(0.0), f32(1.5))[0] == pytest.approx(0.596, abs=0.01)
+    assert energy.inner_reflectance(f32(0.0), f32(1.5))[0] == pytest.approx(0.596, abs=0.001)

@@ -10,6 +10,7 @@ from pt_engine.nodes.coverage import APPROXIMATE
 from pt_engine.nodes.world import compile_light, compile_world
 from pt_engine.scene.snapshot import Graph, Link, Node
 
+
 def closures(graph, **lanes):
     compiled = compile_materials([graph])
     batch = compiled.batches[0]

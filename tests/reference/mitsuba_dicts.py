@@ -68,6 +68,11 @@ def metal(alpha: float, distribution: str) -> dict[str, Any]:
     )
 
 
+def plastic(*colour: float, **settings: Any) -> dict[str, Any]:
+    indices = {"int_ior": 1.49, "ext_ior": 1.0}
+    return twosided({"diffuse_reflectance": rgb(*colour), **indices, **settings})
+
+
 FLOOR = {"type": "rectangle", "to_world": placed(0, 0, 0, 4, -90), "bsdf": diffuse(0.6, 0.5, 0.4)}
 LAMP = {
     "type": "rectangle",
@@ -98,6 +103,21 @@ DICTS: dict[str, tuple[dict[str, Any], int]] = {
             lamp=LAMP,
             smooth=ball(metal(0.1, "ggx"), -0.8, 0.7),
             rough=ball(metal(0.4, "ggx"), 0.8, 0.7),
+            sky=SKY,
+        ),
+        128,
+    ),
+    "plastic": (
+        scene(
+            8,
+            floor=FLOOR,
+            lamp=LAMP,
+            rough=ball(
+                plastic(0.1, 0.3, 0.9, type="roughplastic", distribution="ggx", alpha=0.1, nonlinear=True),
+                -0.8,
+                0.7,
+            ),
+            smooth=ball(plastic(0.9, 0.3, 0.1, type="plastic"), 0.8, 0.7),
             sky=SKY,
         ),
         128,

@@ -120,6 +120,7 @@ FURNACE = {
     "rough glossy": make.shader(
         "BsdfGlossy", props={"distribution": "MULTI_GGX"}, Color=make.WHITE, Roughness=0.5
     ),
+    "plastic": make.shader("PtRoughPlastic", Color=make.WHITE, Roughness=0.0, IOR=1.5),
     "rough glass": make.shader(
         "BsdfGlass", props={"distribution": "MULTI_GGX"}, Color=make.WHITE, Roughness=0.5, IOR=1.5
     ),

@@ -185,7 +185,21 @@ def _dielectric(bsdf: Plugin) -> Graph:
     )
 
 
+def _plastic(bsdf: Plugin) -> Graph:
+    return shader(
+        "PtRoughPlastic",
+        "plastic",
+        {"nonlinear": bsdf.get("nonlinear", False)},
+        Specular_Color=rgba(_color(bsdf.get("specular_reflectance", 1.0))),
+        Color=rgba(_color(bsdf.get("diffuse_reflectance", 0.5))),
+        Roughness=math.sqrt(bsdf.get("alpha", 0.1)) if bsdf["type"] == "roughplastic" else 0.0,
+        IOR=bsdf["int_ior"] / bsdf.get("ext_ior", 1.0),
+    )
+
+
 MATERIALS = {
+    "plastic": _plastic,
+    "roughplastic": _plastic,
     "diffuse": _diffuse,
     "conductor": _conductor,
     "roughconductor": _conductor,
