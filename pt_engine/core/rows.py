@@ -69,13 +69,13 @@ def _row_view(first: int, count: int, is_int: bool) -> property:
     return property(get, put)
 
 
-def scatter(target: NDArray[Any], lanes: NDArray[np.intp], values: NDArray[Any]) -> None:
+def scatter(target: NDArray[Any], lanes: NDArray[np.integer], values: NDArray[Any]) -> None:
     """target[:, lanes] = values, row by row: numpy's two-dimensional form takes three times as long."""
     for row, value in zip(target, values, strict=True):
         row[lanes] = value
 
 
-def scatter_add(target: NDArray[Any], lanes: NDArray[np.intp], values: NDArray[Any]) -> None:
+def scatter_add(target: NDArray[Any], lanes: NDArray[np.integer], values: NDArray[Any]) -> None:
     """target[:, lanes] += values for lanes that are all different, row by row."""
     for row, value in zip(target, values, strict=True):
         row[lanes] += value

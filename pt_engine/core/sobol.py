@@ -29,7 +29,7 @@ _DATA = Path(__file__).with_name("joe_kuo.txt")
 def direction_numbers() -> UInt32:
     """V: (dimensions, 32) uint32, the first digit in the top bit (Joe and Kuo 2008, section 2).
 
-        m_k = 2 a₁ m_{k−1} ⊕ 2² a₂ m_{k−2} ⊕ … ⊕ 2ˢ m_{k−s} ⊕ m_{k−s}        V_k = m_k 2^{32−k}
+    m_k = 2 a₁ m_{k−1} ⊕ 2² a₂ m_{k−2} ⊕ … ⊕ 2ˢ m_{k−s} ⊕ m_{k−s}        V_k = m_k 2^{32−k}
     """
     rows = [[1 << (BITS - 1 - k) for k in range(BITS)]]
     for line in _DATA.read_text(encoding="utf-8").splitlines():

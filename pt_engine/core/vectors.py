@@ -25,9 +25,7 @@ def dot(a: Float32, b: Float32) -> Float32:
 
 def cross(a: Float32, b: Float32) -> Float32:
     """a × b: (3, N). Nearly parallel vectors cancel; `difference_of_products` does not."""
-    return np.stack(
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    )
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def length(a: Float32) -> Float32:

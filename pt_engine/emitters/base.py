@@ -133,4 +133,3 @@ def at(table: Float32, row: Index | None) -> Float32:
 def one(table: Float32, row: int) -> Float32:
     """Column `row` alone, to broadcast."""
     return table[..., row : row + 1]
-

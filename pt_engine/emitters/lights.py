@@ -208,7 +208,7 @@ class Lights:
         varying = extras[0] if extras else (NO_LANES, NO_LANES, NO_BARYCENTRIC)
         return LightSample(wo, distance, weight, pdf, is_delta, chosen, *varying)
 
-    def pdf_triangle(self, triangle: Index, t: Float32, cos_light: Float32) -> Float32:
+    def pdf_triangle(self, triangle: NDArray[np.integer], t: Float32, cos_light: Float32) -> Float32:
         """(N,) density with which `sample` draws the ray that met emissive triangle `triangle`.
 
         Parameters

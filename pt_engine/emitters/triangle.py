@@ -1,6 +1,6 @@
 """Emissive triangles, uniform in area, bright on both sides.
 
-    pdf = chance / A · t² / |cosθ|          per solid angle, θ between the ray and the triangle's normal
+pdf = chance / A · t² / |cosθ|          per solid angle, θ between the ray and the triangle's normal
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ class Triangles:
         b = np.stack([b1.take(lanes), b2.take(lanes)])
         return draw._replace(varying=lanes, triangle=row.take(lanes), barycentric=b)
 
-    def pdf(self, triangle: Index, t: Float32, cos_light: Float32) -> Float32:
+    def pdf(self, triangle: NDArray[np.integer], t: Float32, cos_light: Float32) -> Float32:
         """(n,) density of `sample` for a ray that meets `triangle` after `t` at |cos| `cos_light`."""
         density = self._chance_over_area.take(triangle, mode="clip")
         density *= t * t

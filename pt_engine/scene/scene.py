@@ -231,7 +231,7 @@ class Scene:
 
     def _surface_emission(self, lit: NDArray[np.intp], hit: Surface, path: PathState) -> Found:
         distance = hit.t + path.travelled.take(lit) if self.transparent_surfaces else hit.t
-        pdf = self.lights.pdf_triangle(hit.emitter.astype(np.intp), distance, np.abs(hit.facing))
+        pdf = self.lights.pdf_triangle(hit.emitter, distance, np.abs(hit.facing))
         return Found(lit, self._radiance(hit, path, lit), pdf)
 
     def _radiance(self, hit: Surface, path: PathState, lanes: NDArray[np.intp]) -> Float32:

@@ -111,8 +111,9 @@ def test_image_samples_follow_their_density():
     expected = np.repeat(np.repeat(weights / weights.sum() / 4, 2, 0), 2, 1) * x.size
     assert not observed[expected == 0].any()
     assert chi2_counts(observed, expected) > 1e-5
-    np.testing.assert_allclose(density, (weights / weights.mean())[(y * 9).astype(int), (x * 16).astype(int)],
-                               rtol=1e-5)
+    np.testing.assert_allclose(
+        density, (weights / weights.mean())[(y * 9).astype(int), (x * 16).astype(int)], rtol=1e-5
+    )
     np.testing.assert_allclose(d.pdf(x, y), density, rtol=1e-6)
 
 

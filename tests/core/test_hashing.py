@@ -62,10 +62,12 @@ NEIGHBOURS = {
     "negative seeds": lambda s: (numbers(s(-1), LANES, LANES * 0, 3), numbers(s(0), LANES, LANES * 0, 3)),
     "samples": lambda s: (numbers(s(1), LANES, LANES * 0, 3), numbers(s(1), LANES, LANES * 0 + 1, 3)),
     "pixel to next dimension": lambda s: (
-        numbers(s(1), LANES, LANES * 0, 3), numbers(s(1), LANES + 1, LANES * 0, 4)
+        numbers(s(1), LANES, LANES * 0, 3),
+        numbers(s(1), LANES + 1, LANES * 0, 4),
     ),
     "pixel to next seed": lambda s: (
-        numbers(s(1), LANES, LANES * 0, 3), numbers(s(2), LANES + 1, LANES * 0, 3)
+        numbers(s(1), LANES, LANES * 0, 3),
+        numbers(s(2), LANES + 1, LANES * 0, 3),
     ),
 }
 

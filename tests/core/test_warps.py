@@ -10,7 +10,9 @@ from pt_engine.core import warps
 
 SPHERICAL = {
     "cosine_hemisphere": (
-        warps.square_to_cosine_hemisphere, warps.cosine_hemisphere_to_square, warps.cosine_hemisphere_pdf
+        warps.square_to_cosine_hemisphere,
+        warps.cosine_hemisphere_to_square,
+        warps.cosine_hemisphere_pdf,
     ),
     "hemisphere": (warps.square_to_hemisphere, warps.hemisphere_to_square, warps.hemisphere_pdf),
     "sphere": (warps.square_to_sphere, warps.sphere_to_square, warps.sphere_pdf),
