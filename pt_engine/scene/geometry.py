@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +29,7 @@ SKY = 0  # surface 0 belongs to no triangle: it is what a ray that leaves the sc
 
 # γ(n) bounds n roundings (Higham); 6 measured free of self-intersection at every scale and place
 GAMMA6 = np.float32(6 * 2.0**-24 / (1 - 6 * 2.0**-24))
-CHUNK = 1 << 18
+CHUNK = 1 << 15  # triangles: their float64 temporaries are 8 MB
 
 
 @dataclass
@@ -91,8 +92,29 @@ class Geometry:
         self.triangles = np.zeros((0, 3), np.int32)
 
 
-def flatten(snapshot: Snapshot) -> Geometry:
-    """Place every instance's triangles in one recentred world, and pack the records."""
+class Placed(NamedTuple):
+    """All instances' triangles in one recentred world, for Embree's build.
+
+    Attributes
+    ----------
+    origin : (3,) float64
+    radius : float
+    vertices : (V, 3) float32
+    triangles : (T, 3) int32
+    first_triangle : (I + 1,) int64
+    dropped : int
+    """
+
+    origin: Float64
+    radius: float
+    vertices: Float32
+    triangles: Int32
+    first_triangle: NDArray[np.int64]
+    dropped: int
+
+
+def place(snapshot: Snapshot) -> Placed:
+    """Transform every instance's vertices in float64, relative to the scene's centre."""
     meshes, instances = snapshot.meshes, snapshot.instances
     origin, radius = bounds(meshes, instances)
     vertex_counts = np.array([len(meshes[m].vertices) for m in instances.mesh], np.int64)
@@ -103,10 +125,7 @@ def flatten(snapshot: Snapshot) -> Geometry:
         raise MemoryError(f"{first_triangle[-1]:,} triangles are more than one scene can hold (2^31)")
     vertices = np.empty((first_vertex[-1], 3), np.float32)
     triangles = np.empty((first_triangle[-1], 3), np.int32)
-    records = np.zeros((first_triangle[-1] + 1, 8), np.float32)
-    integers = records.view(np.int32)
-    surface = np.empty(len(records), np.int32)
-    surfaces, dropped = SurfaceTable(), 0
+    dropped = 0
     for k, m in enumerate(instances.mesh):
         mesh, span = meshes[m], slice(first_triangle[k], first_triangle[k + 1])
         matrix = instances.matrix[k].copy()
@@ -114,24 +133,39 @@ def flatten(snapshot: Snapshot) -> Geometry:
         vertices[first_vertex[k] : first_vertex[k + 1]] = transformed(mesh.vertices, matrix)
         np.add(mesh.triangles, np.int32(first_vertex[k]), out=triangles[span])
         dropped += drop_invalid(vertices, triangles[span], first_vertex[k], first_vertex[k + 1])
-        flip = mirrors(matrix)
-        pack_planes(vertices, triangles[span], records[span], flip)
-        surface[span] = surfaces.numbers(mesh, instances.materials[k])
+    return Placed(origin, radius, vertices, triangles, first_triangle, dropped)
+
+
+def pack(snapshot: Snapshot, placed: Placed) -> Geometry:
+    """The records of placed triangles; made after Embree's build, whose own needs then have the memory."""
+    meshes, instances, first = snapshot.meshes, snapshot.instances, placed.first_triangle
+    records = np.zeros((first[-1] + 1, 8), np.float32)
+    integers = records.view(np.int32)
+    surfaces, numbers = SurfaceTable(), []
+    for k, m in enumerate(instances.mesh):
+        span = slice(first[k], first[k + 1])
+        pack_planes(placed.vertices, placed.triangles[span], records[span], mirrors(instances.matrix[k]))
+        numbers.append(surfaces.numbers(meshes[m], instances.materials[k]))
         integers[span, INSTANCE] = k
     integers[:, EMITTER] = NO_EMITTER
-    surface[-1] = SKY
+    numbers.append(np.array([SKY], np.uint8))
     return Geometry(
-        origin,
-        radius,
-        vertices,
-        triangles,
+        placed.origin,
+        placed.radius,
+        placed.vertices,
+        placed.triangles,
         records,
-        surface.astype(np.min_scalar_type(len(surfaces.material))),
+        np.concatenate(numbers, dtype=np.min_scalar_type(len(surfaces.material)), casting="unsafe"),
         np.array(surfaces.material, np.int32),
         np.array(surfaces.smooth, bool),
-        first_triangle,
-        dropped,
+        first,
+        placed.dropped,
     )
+
+
+def flatten(snapshot: Snapshot) -> Geometry:
+    """Place every instance's triangles in one recentred world, and pack the records."""
+    return pack(snapshot, place(snapshot))
 
 
 class SurfaceTable:
@@ -142,14 +176,14 @@ class SurfaceTable:
         self.smooth: list[bool] = [False]
         self._number: dict[tuple[int, bool], int] = {}
 
-    def numbers(self, mesh: MeshData, materials: Int32) -> Int32:
+    def numbers(self, mesh: MeshData, materials: Int32) -> NDArray[np.integer]:
         """Surface number of each of the mesh's triangles under an instance's materials by slot."""
         smooth = mesh.normals is not None
         slot = np.clip(mesh.material_slot, 0, len(materials) - 1)
         table = np.zeros(len(materials), np.int32)
         for used in np.unique(slot):
             table[used] = self._of(int(materials[used]), smooth)
-        return table[slot]
+        return table.astype(np.min_scalar_type(len(self.material)))[slot]
 
     def _of(self, material: int, smooth: bool) -> int:
         key = (material, smooth)

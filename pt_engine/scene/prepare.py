@@ -18,7 +18,7 @@ from ..nodes.world import WorldProgram, compile_light, compile_world
 from .accel import Accel
 from .attributes import Layer, color_layer, generated_layer, normal_layer, position_layer, uv_layer
 from .features import features
-from .geometry import BOUND, Geometry, flatten
+from .geometry import BOUND, Geometry, pack, place
 from .lanes import SkyLanes
 from .scene import Scene
 from .snapshot import Snapshot
@@ -39,7 +39,9 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
     started = time.perf_counter()
     materials = compile_materials(snapshot.materials, snapshot.images, snapshot.ocio_config)
     world = compile_world(snapshot.world, snapshot.images, snapshot.ocio_config)
-    geometry = flatten(snapshot)
+    placed = place(snapshot)
+    accel = Accel(placed.vertices, placed.triangles)
+    geometry = pack(snapshot, placed)
     prim, triangles = emissive_triangles(geometry, materials)
     lamp_programs = [
         compile_light(lamp.graph, snapshot.images, snapshot.ocio_config) for lamp in snapshot.lights
@@ -52,7 +54,6 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
         environment(world),
         geometry.radius,
     )
-    accel = Accel(geometry.vertices, geometry.triangles)
     geometry.release()
     layers = shading_layers(snapshot, geometry, materials)
     scene = Scene(geometry, accel, snapshot.instances, layers, materials, world, lights, film_transparent)
