@@ -21,7 +21,7 @@ from .features import features
 from .geometry import BOUND, Geometry, pack, place
 from .lanes import SkyLanes
 from .scene import Scene
-from .snapshot import Snapshot
+from .snapshot import Snapshot, Visibility
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -137,6 +137,10 @@ def coverage(snapshot: Snapshot, scene: Scene, lamps: list[Coverage]) -> list[Co
     entries = [entry for entry in scene.materials.coverage if entry.material in used]
     entries += [*scene.world.coverage, *lamps]
     entries += [Coverage(where, what, IGNORED, effect) for where, what, effect in snapshot.unsupported]
+    instances = snapshot.instances
+    hidden = dict.fromkeys(instances.names[k] for k in np.flatnonzero(instances.visibility != Visibility.ALL))
+    effect = "seen by all rays, also by those it is hidden from"
+    entries += [Coverage(f"Object {name}", "ray visibility", IGNORED, effect) for name in hidden]
     if scene.geometry.dropped:
         effect = f"{scene.geometry.dropped} triangles with non-finite vertices are left out"
         entries.append(Coverage("(geometry)", "vertices", IGNORED, effect))

@@ -25,8 +25,8 @@ MIRROR: Final = "MIRROR"
 
 
 def wrap_repeat(i: Int32, size: int) -> Int32:
-    """i mod size."""
-    wrapped: Int32 = i % np.int32(size)
+    """i mod size; by division, which numpy does in SIMD, and the remainder not."""
+    wrapped: Int32 = i - i // np.int32(size) * np.int32(size)
     return wrapped
 
 
@@ -86,9 +86,11 @@ class Grid:
 
     def texel(self, i: Int32, j: Int32) -> Float32:
         """(4, n) texels at column i, row j, whichever side of the edge they are on."""
-        got = gather(
-            self.texels, self._wrap(j, self.height) * np.int32(self.width) + self._wrap(i, self.width)
-        )
+        column, row = self._wrap(i, self.width), self._wrap(j, self.height) * np.int32(self.width)
+        return self._seen(gather(self.texels, row + column), i, j)
+
+    def _seen(self, got: Float32, i: Int32, j: Int32) -> Float32:
+        """Nothing, outside of an image that is clipped."""
         if self.extension == CLIP:
             got *= (i >= 0) & (i < self.width) & (j >= 0) & (j < self.height)
         return got
@@ -114,11 +116,19 @@ class Grid:
         """(4, n) bilinear between texel centres."""
         i, s = self.split(u, self.width, -0.5)
         j, t = self.split(v, self.height, -0.5)
-        low = self.texel(i, j)
-        low += s * (self.texel(i + 1, j) - low)
-        high = self.texel(i, j + 1)
-        high += s * (self.texel(i + 1, j + 1) - high)
-        low += t * (high - low)
+        columns = [(k, self._wrap(k, self.width)) for k in (i, i + 1)]
+        lines = []
+        for k in (j, j + 1):
+            row = self._wrap(k, self.height) * np.int32(self.width)
+            left, right = (self._seen(gather(self.texels, row + c), x, k) for x, c in columns)
+            right -= left
+            right *= s
+            left += right
+            lines.append(left)
+        low, high = lines
+        high -= low
+        high *= t
+        low += high
         return low
 
     def cubic(self, u: Float32, v: Float32) -> Float32:
