@@ -89,7 +89,7 @@ class Const(Value):
 
 @dataclass(frozen=True, eq=False)
 class Call:
-    """An op applied to values; `shift` is 0 here, 1 or 2 at Bump's shifted positions."""
+    """An op applied to values; `shift` is 0 here, or one of Bump's shifted positions (see `shift_code`)."""
 
     op: Op
     static: Static
@@ -103,6 +103,16 @@ class Result(Value):
 
     call: Call
     index: int = 0
+
+
+def shift_code(axis: int, width: float) -> int:
+    """A position one step along `axis` (1 or 2), `width` of a pixel's footprint long, as one number."""
+    return round(width * 1000) << 2 | axis
+
+
+def shift_of(code: int) -> tuple[int, float]:
+    """Axis and width of a `shift_code`."""
+    return code & 3, (code >> 2) / 1000
 
 
 class Builder:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..core import vectors
 from ..scene.snapshot import Link
 from .graph import GraphReader, NodeView
-from .ir import FLOAT, VECTOR, Value, lane_op, op
+from .ir import FLOAT, VECTOR, Const, Value, lane_op, op, shift_code
 from .registry import Outputs, node
 from .surface import is_zero
 from .vector_nodes import unit
@@ -86,6 +86,7 @@ def normal_map_node(n: NodeView) -> Outputs:
 def bump(
     lanes: Any,
     invert: bool,
+    width: float,
     height: Float32,
     height_x: Float32,
     height_y: Float32,
@@ -96,10 +97,10 @@ def bump(
     """The normal of the surface raised by height · distance, mixed in by strength.
 
     N' = |det|·N − distance·sign(det)·(Δh_x R_x + Δh_y R_y), R_x = dy × N, R_y = N × dx, det = dx·R_x
-    (Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU"; filter width 1).
+    (Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU"), the steps `width` of a pixel long.
     """
     n = normal[0] if normal else lanes.ns
-    dx, dy = lanes.bump_steps
+    dx, dy = lanes.bump_steps(width)
     rx, ry = vectors.cross(dy, n), vectors.cross(n, dx)
     det = vectors.dot(dx, rx)
     gradient = (height_x - height) * rx + (height_y - height) * ry
@@ -110,6 +111,23 @@ def bump(
     return usable(out, n)
 
 
+FILTER_WIDTH = 0.1  # of a pixel: Bump's default, and what displacement is shaded with
+
+
+def shifts(width: float) -> tuple[int, int, int]:
+    """Where Bump wants the height: here and one step along each of the face's directions."""
+    return 0, shift_code(1, width), shift_code(2, width)
+
+
+def filter_width(n: NodeView) -> float:
+    """The node's Filter Width, at least a thousandth; one that varies is taken as the default."""
+    value = n.float("Filter Width", FILTER_WIDTH)
+    if isinstance(value, Const):
+        return max(float(value.data[0]), 1e-3)
+    n.approximate("its filter width varies: the default is used")
+    return FILTER_WIDTH
+
+
 @node("Bump")
 def bump_node(n: NodeView) -> Outputs:
     normal = n.normal()
@@ -117,9 +135,10 @@ def bump_node(n: NodeView) -> Outputs:
     if n.linked("Height") is None or is_zero(strength) or is_zero(distance) or n.reader.world:
         return {"Normal": normal}
     n.approximate("heights differ over the camera pixel's footprint, after bounces too")
-    heights: list[Value] = [n.shifted_float("Height", shift) for shift in (0, 1, 2)]
+    width = filter_width(n)
+    heights: list[Value] = [n.shifted_float("Height", shift) for shift in shifts(width)]
     extra = () if normal is None else (normal,)
-    static = (bool(n.prop("invert", False)),)
+    static = (bool(n.prop("invert", False)), width)
     return {"Normal": n.call(bump, *heights, strength, distance, *extra, static=static)}
 
 
@@ -189,14 +208,14 @@ def along_normal(lanes: Any, moved: Float32) -> Float32:
 def displaced_normal(reader: GraphReader, link: Link) -> Value | None:
     """The shading normal of a surface whose displacement is only shaded, not moved."""
     heights: list[Value] = []
-    for shift in (0, 1, 2):
+    for shift in shifts(FILTER_WIDTH):
         moved = reader.value(link, shift)
         if moved is None:
             return None
         moved = reader.builder.convert(moved, VECTOR)
         heights.append(reader.builder.call(along_normal, moved, shift=shift)[0])
     one = reader.builder.one
-    return reader.builder.call(bump, *heights, one, one, static=(False,))[0]
+    return reader.builder.call(bump, *heights, one, one, static=(False, FILTER_WIDTH))[0]
 
 
 # ------------------------------------------------------------------ normals for closures

@@ -85,15 +85,14 @@ class ProbeLanes:
     def object_location(self) -> Float32:
         return np.zeros((3, self.n), np.float32)
 
-    @property
-    def bump_steps(self) -> tuple[Float32, Float32]:
+    def bump_steps(self, width: float) -> tuple[Float32, Float32]:
         x, y = np.zeros((3, self.n), np.float32), np.zeros((3, self.n), np.float32)
         x[0], y[1] = STEP, STEP
         return x, y
 
-    def shifted(self, axis: int) -> ProbeLanes:
+    def shifted(self, axis: int, width: float) -> ProbeLanes:
         out = copy.copy(self)
-        out.position = out.p = self.position + self.bump_steps[axis - 1]
+        out.position = out.p = self.position + self.bump_steps(width)[axis - 1]
         return out
 
 

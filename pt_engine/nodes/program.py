@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .ir import Call, Const, Op, Result, Static, Value
+from .ir import Call, Const, Op, Result, Static, Value, shift_of
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -166,7 +166,7 @@ class Entry:
             arrays = [constants[s.number] if s.constant else results[s.number] for s in args]
             if what.lanes:
                 if shift not in shifts:
-                    shifts[shift] = lanes.shifted(shift)  # type: ignore[attr-defined]
+                    shifts[shift] = lanes.shifted(*shift_of(shift))  # type: ignore[attr-defined]
                 out = what.function(shifts[shift], *static, *arrays)
             else:
                 out = what.function(*static, *arrays)

@@ -271,14 +271,13 @@ class Lanes:
         """(2, n) weights of the triangle's corners 1 and 2."""
         return np.stack([self.si.u, self.si.v])
 
-    @cached_property
-    def bump_steps(self) -> tuple[Float32, Float32]:
-        """Two small steps (3, n) along the faces, for Bump."""
-        return steps(self)
+    def bump_steps(self, width: float) -> tuple[Float32, Float32]:
+        """Two small steps (3, n) along the faces, `width` of a pixel long, for Bump."""
+        return steps(self, width)
 
-    def shifted(self, axis: int) -> Lanes:
-        """The lanes one step along; `axis` 1 or 2. Needs the "position" layer."""
-        return moved(self, self.bump_steps[axis - 1])
+    def shifted(self, axis: int, width: float) -> Lanes:
+        """The lanes one such step along; `axis` 1 or 2. Needs the "position" layer."""
+        return moved(self, self.bump_steps(width)[axis - 1])
 
     def object_random(self) -> Float32:
         """(n,) Object Info's Random."""

@@ -15,19 +15,18 @@ if TYPE_CHECKING:
 
 Float32 = NDArray[np.float32]
 
-FILTER_WIDTH = 0.1  # of a pixel, as Blender's Bump node has it by default
 LONGEST = np.float32(1e6)
 DIAGONAL: Float32 = np.array([[0.5**0.5], [-(0.5**0.5)], [0]], np.float32)
 
 
-def steps(lanes: Lanes) -> tuple[Float32, Float32]:
-    """Two steps (3, n) along the face, at right angles, and with `ng` a right-handed frame."""
+def steps(lanes: Lanes, width: float) -> tuple[Float32, Float32]:
+    """Two steps (3, n) along the face, `width` of a pixel long, that with `ng` are a right-handed frame."""
     n = lanes.ng
     a: Float32 = np.stack([n[2] - n[1], n[0] - n[2], n[1] - n[0]])  # (1, 1, 1) × n
     size = vectors.length(a)
     poor = (size < 1e-3).astype(np.float32)
     a = a * ((1 - poor) / (size + poor)) + poor * DIAGONAL
-    length = np.float32(FILTER_WIDTH * lanes.scene.pixel_angle) * np.minimum(lanes.ray_length, LONGEST)
+    length = np.float32(width * lanes.scene.pixel_angle) * np.minimum(lanes.ray_length, LONGEST)
     return a * length, vectors.cross(n, a) * length
 
 

@@ -190,7 +190,7 @@ def ran(roots: list[ir.Value]) -> Iterator[tuple[ir.Op, str, Any]]:
     results: dict[int, tuple[Any, ...]] = {}
     for call in ordered_calls(roots):
         arrays = [a.data if isinstance(a, ir.Const) else results[id(a.call)][a.index] for a in call.args]
-        here = [lanes.shifted(call.shift) if call.shift else lanes] if call.op.lanes else []
+        here = [lanes.shifted(*ir.shift_of(call.shift)) if call.shift else lanes] if call.op.lanes else []
         with np.errstate(all="ignore"):
             out = call.op.function(*here, *call.static, *arrays)
         results[id(call)] = out if len(call.op.types) > 1 else (out,)

@@ -197,7 +197,7 @@ def test_a_moved_lane_reads_attributes_where_it_has_moved(hits):
     scene, shot, _, _ = hits
     scene.pixel_angle = 0.05  # larger than a pixel, so that differences show in float32
     lanes = lanes_of(scene, shot.si)
-    dx, dy = steps(lanes)
+    dx, dy = steps(lanes, 0.1)
     for step in (dx, dy):
         assert np.abs(vectors.dot(step, lanes.ng)).max() <= 1e-6 * vectors.length(step).max()
         there = moved(lanes, step)
