@@ -3,7 +3,6 @@
 from support.references import Case
 
 SKY = "the Sky Texture: a plain gradient stands in for it"
-BUMP = "the Bump node: its filter width is taken as 0.1 pixels, the file says 1"
 FIREFLIES = "noise: rare bright reflections of a small lamp (p is not small)"
 DISPLACED = "true displacement with adaptive subdivision: shaded as bump on the coarse surface"
 
@@ -12,7 +11,7 @@ CASES = (
     Case("armory-sss", "material_sss.blend", 16, cause=SKY + "; subsurface scattering is diffuse"),
     Case("bevy-panorama", "scene.blend", 64, cause=SKY + " (without its sky it agrees: see the tests)"),
     Case("graphene-device", "device.blend", 16, matches=True),
-    Case("ignis-bumpmap", "evaluation/blender/bumpmap.blend", 32, cause=BUMP),
+    Case("ignis-bumpmap", "evaluation/blender/bumpmap.blend", 32, cause=FIREFLIES),
     Case("ignis-glass", "flipped-prim.blend", 128, matches=True),
     Case("ignis-lights", "lights.blend", 128, matches=True),
     Case("ignis-mix", "mix.blend", 64, matches=True),
