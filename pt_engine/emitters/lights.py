@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.distributions import AliasTable
+from ..core.uniforms import Uniforms
 from ..scene.snapshot import LightData
 from . import select
 from .base import FAR, NO_BARYCENTRIC, NO_LANES, Draw, Float32, Float64, Hits, Index, Lamp
@@ -160,7 +161,7 @@ class Lights:
             camera_meets_lamps=any(any(part.camera) for part in self._lamps),
         )
 
-    def sample(self, p: Float32, n: Float32, u: Float32) -> LightSample:
+    def sample(self, p: Float32, n: Float32, u: Uniforms) -> LightSample:
         """Choose an emitter for each reference point and draw a direction toward it.
 
         Parameters
@@ -183,7 +184,7 @@ class Lights:
             return _light_sample(part.sample(chosen.astype(np.intp), p, u[1], u[2]), part.delta, chosen)
         return self._sample_mixed(chosen, p, u)
 
-    def _sample_mixed(self, chosen: NDArray[np.int32], p: Float32, u: Float32) -> LightSample:
+    def _sample_mixed(self, chosen: NDArray[np.int32], p: Float32, u: Uniforms) -> LightSample:
         """Each part samples the lanes that have chosen it."""
         lanes_total = p.shape[1]
         wo, weight = np.empty_like(p), np.empty_like(p)

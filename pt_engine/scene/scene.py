@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..core import vectors
 from ..core.raykind import RayKind
+from ..core.uniforms import Uniforms
 from ..emitters.lights import Lights, LightSample
 from .accel import FAR, Accel, Hits
 from .attributes import Layer
@@ -299,7 +300,7 @@ class Scene:
 
     # ------------------------------------------------------------------ next-event estimation
 
-    def sample_emitter(self, si: Surface, u: Float32, path: PathState) -> LightSample:
+    def sample_emitter(self, si: Surface, u: Uniforms, path: PathState) -> LightSample:
         """One emitter and a point on it per lane; the weight is Le/pdf."""
         light = self.lights.sample(si.p, si.ng, u)
         if len(light.varying):

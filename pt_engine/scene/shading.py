@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..bsdfs.base import BSDF, Lobe, gather
 from ..core import frames, vectors
 from ..core.rows import scatter
+from ..core.uniforms import Uniforms
 from .lanes import Lanes
 from .raised_normal import raised_normal
 
@@ -164,14 +165,14 @@ class SliceBSDF:
         same: NDArray[np.bool_] = vectors.dot(ng, wo) * cos_o > 0
         return same
 
-    def sample(self, u: Float32, out: Scattered) -> None:
+    def sample(self, u: Uniforms, out: Scattered) -> None:
         """Fill `out` with one direction per lane from uniforms `u` (3, N)."""
         if len(self.closures) == 1:
             self._sample_only(u, out)
         else:
             self._sample_among(u, out)
 
-    def _sample_only(self, u: Float32, out: Scattered) -> None:
+    def _sample_only(self, u: Uniforms, out: Scattered) -> None:
         closure, frame = self.closures[0], self.frames[0]
         if hasattr(closure.bsdf, "sample_about"):
             s, cos_o = closure.bsdf.sample_about(closure.params, frame.n, u[1], u[2])
@@ -186,7 +187,7 @@ class SliceBSDF:
         out.pdf[:] = s.pdf
         _mark_dirac(out)
 
-    def _sample_among(self, u: Float32, out: Scattered) -> None:
+    def _sample_among(self, u: Uniforms, out: Scattered) -> None:
         """One closure per lane by its share; then weight and pdf of the sum, except for Dirac lobes."""
         choice, u0 = choose(self.shares, u[0])
         dirac_weight = np.zeros_like(out.weight)
@@ -263,7 +264,7 @@ class ShadedBSDF:
                 value[:, span], pdf[span] = bsdf.eval_pdf(np.ascontiguousarray(wo[:, span]))
         return value, pdf
 
-    def sample(self, u: Float32) -> Scattered:
+    def sample(self, u: Uniforms) -> Scattered:
         """One continuation per lane from uniforms `u` (3, N)."""
         n = self.size
         wo, weight = np.empty((3, n), np.float32), np.empty((3, n), np.float32)
