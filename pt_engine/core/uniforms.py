@@ -1,6 +1,6 @@
 """Random numbers as functions take them: an array, or rows that are made only when somebody asks.
 
-A surface with one closure does not choose a lobe, a scene with one lamp no lamp: their numbers are never made.
+A surface with one closure chooses no lobe, a scene with one lamp no lamp: such numbers are never made.
 """
 
 from __future__ import annotations
