@@ -11,6 +11,7 @@ from . import (  # noqa: F401  (their import is what registers the kinds)
     principled,
     ramps,
     shaders,
+    sheen,
     vector_nodes,
     voronoi_nodes,
 )

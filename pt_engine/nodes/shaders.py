@@ -120,12 +120,6 @@ def toon(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
         out.add("conductor", rough.params(), weight, closure_normal(n))
 
 
-@shader("BsdfSheen", "BsdfVelvet")
-def sheen(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    n.approximate("diffuse instead of brightening toward the rim")
-    out.add("diffuse", {}, n.builder.multiply(weight, n.color("Color", 0.8)), closure_normal(n))
-
-
 @shader("BsdfHair", "BsdfHairPrincipled")
 def hair(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     n.approximate("diffuse instead of light scattered by hair")
