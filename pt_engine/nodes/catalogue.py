@@ -12,6 +12,7 @@ from . import (  # noqa: F401  (their import is what registers the kinds)
     ramps,
     shaders,
     sheen,
+    toon,
     vector_nodes,
     voronoi_nodes,
 )

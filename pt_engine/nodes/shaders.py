@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bsdfs import ashikhmin_shirley
 from .energy_nodes import complex_average, gained, glass_gained, tinted_average
 from .graph import NodeView
 from .ir import COLOR, FLOAT, Value, lane_op
@@ -107,19 +108,6 @@ def subsurface(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     out.add("diffuse", {}, n.builder.multiply(weight, n.color("Color", 0.8)), closure_normal(n))
 
 
-@shader("BsdfToon")
-def toon(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    n.approximate(
-        "diffuse without steps" if n.prop("component", "DIFFUSE") == "DIFFUSE" else "glossy without steps"
-    )
-    weight = n.builder.multiply(weight, n.color("Color", 0.8))
-    if n.prop("component", "DIFFUSE") == "DIFFUSE":
-        out.add("diffuse", {}, weight, closure_normal(n))
-    else:
-        rough = isotropic(n, name="Size")
-        out.add("conductor", rough.params(), weight, closure_normal(n))
-
-
 @shader("BsdfHair", "BsdfHairPrincipled")
 def hair(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     n.approximate("diffuse instead of light scattered by hair")
@@ -145,10 +133,7 @@ def eevee_specular(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
 
 def metal_model(n: NodeView, default: str = "MULTI_GGX") -> str:
     """The reflection model of a node's distribution."""
-    distribution = n.prop("distribution", default)
-    if distribution == "ASHIKHMIN_SHIRLEY":
-        n.approximate("Ashikhmin-Shirley highlights are GGX's")
-    return "conductor_beckmann" if distribution == "BECKMANN" else "conductor"
+    return "conductor_beckmann" if n.prop("distribution", default) == "BECKMANN" else "conductor"
 
 
 def is_multiscatter(n: NodeView, default: str = "MULTI_GGX") -> bool:
@@ -172,7 +157,12 @@ def glossy(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     weight = n.builder.multiply(weight, color)
     if is_zero(weight):
         return
-    rough = anisotropic(n, glossy_alphas, ("Anisotropy", "Rotation"), closure_normal(n))
+    normal = closure_normal(n)
+    rough = anisotropic(n, glossy_alphas, ("Anisotropy", "Rotation"), normal)
+    if n.prop("distribution", "MULTI_GGX") == "ASHIKHMIN_SHIRLEY":
+        dirac = rough.is_at_most(ashikhmin_shirley.SMOOTH)
+        out.add("ashikhmin_shirley", rough.params(), weight, normal, rough.tangent, dirac)
+        return
     add_metal(n, out, weight, rough, out.positive(color) if is_multiscatter(n) else None)
 
 

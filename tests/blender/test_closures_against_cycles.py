@@ -13,6 +13,8 @@ from support import lit_faces  # noqa: E402
 
 pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="Cycles 4.5 has other toon edges")
 
+PHONG = "ASHIKHMIN_SHIRLEY"
+STRETCHED = {"Rotation": 0.1, "Tangent": (0.5, 0.3, 0.1)}
 COLOR = (0.9, 0.5, 0.2)
 
 
@@ -26,6 +28,17 @@ def case(kind, sockets, **settings):
 CASES = [
     *(case("BsdfSheen", {"Roughness": r}, distribution="MICROFIBER") for r in (0.0, 0.05, 0.31, 0.7, 1.0)),
     *(case("BsdfSheen", {"Roughness": r}, distribution="ASHIKHMIN") for r in (0.0, 0.1, 0.5, 1.0)),
+    *(
+        case("BsdfToon", {"Size": size, "Smooth": smooth}, component=component)
+        for component in ("DIFFUSE", "GLOSSY")
+        for size, smooth in ((0.5, 0.0), (0.3, 0.4), (0.7, 0.9), (0.0, 1.0), (1.0, 0.3))
+    ),
+    *(case("BsdfAnisotropic", {"Roughness": r}, distribution=PHONG) for r in (0.3, 0.6, 1.0)),
+    *(
+        case("BsdfAnisotropic", STRETCHED | {"Roughness": r, "Anisotropy": a}, distribution=distribution)
+        for distribution in (PHONG, "GGX")
+        for r, a in ((0.5, 0.5), (0.7, -0.7), (0.9, 0.99))
+    ),
 ]
 
 

@@ -10,6 +10,8 @@ from pt_engine.nodes.coverage import APPROXIMATE
 from pt_engine.nodes.world import compile_light, compile_world
 from pt_engine.scene.snapshot import Graph, Link, Node
 
+PHONG = {"distribution": "ASHIKHMIN_SHIRLEY"}
+
 
 def closures(graph, **lanes):
     compiled = compile_materials([graph])
@@ -25,6 +27,10 @@ def closures(graph, **lanes):
         (shader("BsdfTranslucent"), ("translucent",), False),
         (shader("BsdfSheen"), ("sheen",), False),
         (shader("BsdfSheen", props={"distribution": "ASHIKHMIN"}), ("velvet",), False),
+        (shader("BsdfToon", props={"component": "DIFFUSE"}), ("toon",), False),
+        (shader("BsdfToon", props={"component": "GLOSSY"}), ("toon_glossy",), False),
+        (shader("BsdfAnisotropic", props=PHONG, Roughness=0.02), ("ashikhmin_shirley",), False),
+        (shader("BsdfAnisotropic", props=PHONG, Roughness=0.01), ("ashikhmin_shirley",), True),
         (shader("BsdfTransparent"), ("transparent",), True),
         (shader("BsdfGlossy", props={"distribution": "GGX"}, Roughness=0.3), ("conductor",), False),
         (shader("BsdfAnisotropic", props={"distribution": "BECKMANN"}), ("conductor_beckmann",), False),
@@ -70,7 +76,7 @@ def test_glass_turns_its_index_around_behind_the_face():
     np.testing.assert_allclose(closure.params.eta, [1.5, 1 / 1.5, 1.5], rtol=1e-6)
 
 
-@pytest.mark.parametrize("kind", ["SubsurfaceScattering", "BsdfToon", "BsdfHair", "Holdout"])
+@pytest.mark.parametrize("kind", ["SubsurfaceScattering", "BsdfHair", "Holdout"])
 def test_stand_ins_are_listed(kind):
     compiled = compile_materials([shader(kind)])
     assert compiled.coverage[0].state == APPROXIMATE

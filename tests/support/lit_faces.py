@@ -40,9 +40,20 @@ def material(kind, sockets, **settings):
     for name, value in settings.items():
         setattr(node, name, value)
     for name, value in sockets.items():
-        node.inputs[name].default_value = (*value, 1.0) if isinstance(value, tuple) else value
+        if node.inputs[name].type == "VECTOR":  # linked, as a tangent's own value is never looked at
+            tree.links.new(constant(tree, value), node.inputs[name])
+        else:
+            node.inputs[name].default_value = (*value, 1.0) if isinstance(value, tuple) else value
     tree.links.new(node.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
     return made
+
+
+def constant(tree, vector):
+    """The output of a node that gives a vector."""
+    node = tree.nodes.new("ShaderNodeCombineXYZ")
+    for name, value in zip("XYZ", vector, strict=True):
+        node.inputs[name].default_value = value
+    return node.outputs[0]
 
 
 def pictures(cases, folder, seed=1):
