@@ -97,13 +97,14 @@ def _density(n: Exponents, h: Float32, cos_d: Float32) -> Float32:
     sin2 = h[0] * h[0] + h[1] * h[1]
     if n.x is n.y:
         e = n.x
-        c: Float32 = (n.x + 1.0) / (8.0 * PI)
+        c: Float32 = n.x + 1.0
     else:
         e = n.x * h[0] * h[0] + n.y * h[1] * h[1]
         e /= np.maximum(sin2, 1e-30)
-        c = np.sqrt((n.x + 1.0) * (n.y + 1.0)) / (8.0 * PI)
-    log_cos = 0.5 * np.log1p(-np.minimum(sin2, np.float32(1 - 2**-24)))
-    density: Float32 = c * np.exp(e * log_cos)
+        product: Float32 = (n.x + 1.0) * (n.y + 1.0)
+        c = np.sqrt(product)
+    log_cos: Float32 = 0.5 * np.log1p(-np.minimum(sin2, np.float32(1 - 2**-24)))
+    density: Float32 = c * np.exp(e * log_cos) * (0.125 / PI)
     density /= np.maximum(cos_d, 1e-6)
     return density
 

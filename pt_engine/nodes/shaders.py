@@ -19,6 +19,7 @@ from .surface import SurfaceBuilder, is_at_most, is_constantly, is_zero
 
 Float32 = NDArray[np.float32]
 ALMOST_SMOOTH = 1e-5  # diffuse roughness up to this is Lambert's law, as in Cycles
+NARROW_PHONG = 0.04  # alpha; Cycles' sampler keeps to the formula for narrower lobes
 THINNEST_FILM = 0.1  # nm; thinner films have no effect, as in Cycles
 
 
@@ -151,6 +152,18 @@ def add_metal(
     out.add(metal_model(n), rough.params() | fresnel, weight, normal, rough.tangent, rough.is_smooth)
 
 
+def add_phong(n: NodeView, out: SurfaceBuilder, weight: Value, rough: Rough, normal: Value | None) -> None:
+    """Ashikhmin-Shirley's lobe.
+
+    Where a half vector faces away from the viewer, Cycles' sampler mirrors wrongly and reflects light that
+    the model (and Cycles' own evaluation of it) does not: at roughness 0.8 up to 40 % at grazing.
+    """
+    if not rough.is_at_most(NARROW_PHONG):
+        n.approximate("as the formula has it; toward grazing Cycles' sampler adds light to rough highlights")
+    dirac = rough.is_at_most(ashikhmin_shirley.SMOOTH)
+    out.add("ashikhmin_shirley", rough.params(), weight, normal, rough.tangent, dirac)
+
+
 @shader("BsdfGlossy", "BsdfAnisotropic")
 def glossy(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     color = n.color("Color", 0.8)
@@ -160,8 +173,7 @@ def glossy(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     normal = closure_normal(n)
     rough = anisotropic(n, glossy_alphas, ("Anisotropy", "Rotation"), normal)
     if n.prop("distribution", "MULTI_GGX") == "ASHIKHMIN_SHIRLEY":
-        dirac = rough.is_at_most(ashikhmin_shirley.SMOOTH)
-        out.add("ashikhmin_shirley", rough.params(), weight, normal, rough.tangent, dirac)
+        add_phong(n, out, weight, rough, normal)
         return
     add_metal(n, out, weight, rough, out.positive(color) if is_multiscatter(n) else None)
 

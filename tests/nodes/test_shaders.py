@@ -6,7 +6,7 @@ from support.node_lanes import NodeLanes
 from support.scenes import rgba, shader
 
 from pt_engine.nodes.compile import compile_materials
-from pt_engine.nodes.coverage import APPROXIMATE
+from pt_engine.nodes.coverage import APPROXIMATE, EXACT
 from pt_engine.nodes.world import compile_light, compile_world
 from pt_engine.scene.snapshot import Graph, Link, Node
 
@@ -81,6 +81,12 @@ def test_stand_ins_are_listed(kind):
     compiled = compile_materials([shader(kind)])
     assert compiled.coverage[0].state == APPROXIMATE
     assert compiled.coverage[0].effect
+
+
+@pytest.mark.parametrize(("roughness", "state"), [(0.2, EXACT), (0.5, APPROXIMATE)])
+def test_rough_ashikhmin_shirley_is_not_cycles_sampler(roughness, state):
+    (entry,) = compile_materials([shader("BsdfAnisotropic", props=PHONG, Roughness=roughness)]).coverage
+    assert entry.state == state
 
 
 def test_a_constant_world():
