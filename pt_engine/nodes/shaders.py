@@ -19,7 +19,7 @@ from .surface import SurfaceBuilder, is_at_most, is_constantly, is_zero
 
 Float32 = NDArray[np.float32]
 ALMOST_SMOOTH = 1e-5  # diffuse roughness up to this is Lambert's law, as in Cycles
-NARROW_PHONG = 0.04  # alpha; Cycles' sampler keeps to the formula for narrower lobes
+NARROW_PHONG = 0.05  # alpha; Cycles' sampler keeps to the formula for narrower lobes
 THINNEST_FILM = 0.1  # nm; thinner films have no effect, as in Cycles
 
 
