@@ -48,6 +48,7 @@ class Plan(NamedTuple):
     closures: tuple[Shape, ...]
     emission: int
     transparency: int
+    holdout: int
 
 
 def plan(surface: SurfaceBuilder) -> tuple[Plan, list[Float32]]:
@@ -71,9 +72,9 @@ def plan(surface: SurfaceBuilder) -> tuple[Plan, list[Float32]]:
         )
         for leaf in surface.leaves
     )
-    emission, transparency = root(surface.emission), root(surface.transparency)
+    others = root(surface.emission), root(surface.transparency), root(surface.holdout)
     structure, constants = linearise(roots)
-    return Plan(structure, shapes, emission, transparency), constants
+    return Plan(structure, shapes, *others), constants
 
 
 def model(name: str) -> ModuleType:
@@ -89,7 +90,7 @@ class Batch:
     ----------
     materials : tuple of int
         Their indices in `Snapshot.materials`.
-    has_bsdf, has_emission, has_transparency : bool
+    has_bsdf, has_emission, has_transparency, has_holdout : bool
     delta_only : bool
         Whether no closure is anything but a Dirac lobe (emitter sampling is then futile).
     kinds : tuple of str
@@ -103,16 +104,18 @@ class Batch:
         self.table = ConstantTable(constants, materials)
         self._shapes = plan.closures
         self._modules = [model(s.bsdf) for s in plan.closures]
-        count = len(plan.structure.roots) - (plan.emission >= 0) - (plan.transparency >= 0)
+        others = plan.emission, plan.transparency, plan.holdout
+        count = len(plan.structure.roots) - sum(root >= 0 for root in others)
         self._closures = Entry(plan.structure, self.table, range(count))
         self._emission = self._entry(plan.emission)
         self._transparency = self._entry(plan.transparency)
+        self._holdout = self._entry(plan.holdout)
         self.has_bsdf = bool(plan.closures)
-        self.has_emission, self.has_transparency = plan.emission >= 0, plan.transparency >= 0
+        self.has_emission, self.has_transparency, self.has_holdout = (root >= 0 for root in others)
         self.delta_only = self.has_bsdf and all(s.dirac for s in plan.closures)
         self._bends = any(s.normal >= 0 for s in plan.closures)
         self.kinds = tuple(s.bsdf for s in plan.closures)
-        entries = [self._closures, self._emission, self._transparency]
+        entries = [self._closures, self._emission, self._transparency, self._holdout]
         self.needs = frozenset(name for e in entries if e is not None for name in e.reads())
         self._params = self._fixed_params()
         self._made = self._fixed_closures()
@@ -163,6 +166,10 @@ class Batch:
     def transparency(self, lanes: LanesLike) -> Float32 | None:
         """(3, n) or (3, 1) share of light that passes straight through; None for opaque materials."""
         return _single(self._transparency, lanes)
+
+    def holdout(self, lanes: LanesLike) -> Float32 | None:
+        """(3, n) or (3, 1) share of what the camera sees that is a hole in the film; None for no holdout."""
+        return _single(self._holdout, lanes)
 
     def constant_emission(self) -> Float32 | None:
         """(3, M) exact radiance of each of `materials`, or None where it varies over the surface."""

@@ -55,7 +55,7 @@ def transparent(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
 
 @shader("Holdout")
 def holdout(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    n.approximate("black; it cuts no hole into the film's alpha")
+    out.add_holdout(weight)
 
 
 # ------------------------------------------------------------------ diffuse
