@@ -129,7 +129,7 @@ class Batch:
         for shape, module in zip(self._shapes, self._modules, strict=True):
             known = {name: self._closures.constant(k) for name, k in shape.params}
             fixed = all(value is not None for value in known.values())
-            made.append(_params(module, known) if fixed else None)
+            made.append(params_of(module, known) if fixed else None)
         return made
 
     def _fixed_closures(self) -> list[Closure] | None:
@@ -142,7 +142,7 @@ class Batch:
     def _closure(self, number: int, values: Sequence[Float32 | None], ns: Float32 | None) -> Closure:
         shape, module, params = self._shapes[number], self._modules[number], self._params[number]
         if params is None:
-            params = _params(module, {name: values[k] for name, k in shape.params})
+            params = params_of(module, {name: values[k] for name, k in shape.params})
         normal = values[shape.normal] if shape.normal >= 0 else None
         tangent = values[shape.tangent] if shape.tangent >= 0 else None
         weight = values[shape.weight]
@@ -184,7 +184,7 @@ class Batch:
         return np.repeat(fixed, len(self.materials), axis=1)
 
 
-def _params(module: ModuleType, known: dict[str, Float32 | None]) -> Any:
+def params_of(module: ModuleType, known: dict[str, Float32 | None]) -> Any:
     """A model's parameters; those that a closure does not name and that have no default are None."""
     absent = set(module.Params._fields) - set(module.Params._field_defaults) - set(known)
     return module.Params(**known, **dict.fromkeys(absent))

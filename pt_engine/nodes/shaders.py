@@ -121,14 +121,6 @@ def ray_portal(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     out.add_transparent(n.builder.multiply(weight, n.color("Color", 1.0)))
 
 
-@shader("EeveeSpecular")
-def eevee_specular(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    n.approximate("an EEVEE node: its base colour as diffuse, and its emission")
-    b = n.builder
-    out.add("diffuse", {}, b.multiply(weight, n.color("Base Color", 0.8)), closure_normal(n))
-    out.add_emission(b.multiply(weight, n.color("Emissive Color")))
-
-
 # ------------------------------------------------------------------ glossy
 
 
