@@ -11,6 +11,7 @@ from . import (  # noqa: F401  (their import is what registers the kinds)
     patterns,
     principled,
     ramps,
+    ray_portal,
     shaders,
     sheen,
     toon,

@@ -13,6 +13,7 @@ from .graph import NodeView
 from .ir import COLOR, FLOAT, Value, op
 from .math_nodes import saturate
 from .normals import closure_normal
+from .ray_portal import PORTAL
 from .registry import Outputs, node, shader
 from .roughness import Rough, isotropic, squared
 from .surface import TRANSPARENT, Leaf, SurfaceBuilder, is_zero
@@ -44,7 +45,7 @@ def shader_to_rgb(n: NodeView) -> Outputs:
     color: Value = n.constant(0.0, COLOR) if out.emission is None else out.emission
     if not n.reader.world:
         for leaf in out.leaves:
-            if leaf.bsdf != TRANSPARENT:
+            if leaf.bsdf not in (TRANSPARENT, PORTAL):
                 color = b.add(color, evenly_lit(n, leaf))
     alpha = b.one if out.transparency is None else b.complement(b.convert(out.transparency, FLOAT))
     return {"Color": color, "Alpha": n.call(saturate, alpha)}

@@ -115,12 +115,6 @@ def hair(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     out.add("diffuse", {}, n.builder.multiply(weight, n.color("Color", 0.8)))
 
 
-@shader("BsdfRayPortal")
-def ray_portal(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    n.approximate("rays pass straight on instead of through the portal")
-    out.add_transparent(n.builder.multiply(weight, n.color("Color", 1.0)))
-
-
 # ------------------------------------------------------------------ glossy
 
 

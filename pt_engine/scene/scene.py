@@ -176,7 +176,8 @@ class Scene:
             self.materials.batch_of[surfaces.surface_material]
         ]
         self.holds_out = bool(self.surface_holds_out.any())
-        passes = [batches[g.batch].has_transparency for g in self.groups]
+        passes = [batches[g.batch].has_transparency or batches[g.batch].has_portal for g in self.groups]
+        self.has_portals = any(batches[g.batch].has_portal for g in self.groups)
         self.passes = np.array([*passes, False])
         self.transparent_surfaces = any(passes)
         needs = self.world.needs.union(*(batch.needs for batch in self.used_batches))

@@ -31,6 +31,7 @@ def closures(graph, **lanes):
         (shader("BsdfToon", props={"component": "GLOSSY"}), ("toon_glossy",), False),
         (shader("BsdfAnisotropic", props=PHONG, Roughness=0.02), ("ashikhmin_shirley",), False),
         (shader("BsdfAnisotropic", props=PHONG, Roughness=0.01), ("ashikhmin_shirley",), True),
+        (shader("BsdfRayPortal"), ("ray_portal",), True),
         (shader("BsdfTransparent"), ("transparent",), True),
         (shader("BsdfGlossy", props={"distribution": "GGX"}, Roughness=0.3), ("conductor",), False),
         (shader("BsdfAnisotropic", props={"distribution": "BECKMANN"}), ("conductor_beckmann",), False),
@@ -87,6 +88,17 @@ def test_stand_ins_are_listed(kind):
 def test_rough_ashikhmin_shirley_is_not_cycles_sampler(roughness, state):
     (entry,) = compile_materials([shader("BsdfAnisotropic", props=PHONG, Roughness=roughness)]).coverage
     assert entry.state == state
+
+
+def test_a_portal_leads_straight_on_unless_told_otherwise():
+    """No direction, or one of length 0: −wi; the hit point stays where it is."""
+    wi = np.array([[0.6], [0.0], [0.8]], np.float32)
+    for inputs, expected in (({}, [-0.6, 0, -0.8]), ({"Direction": (0.0, 3.0, 4.0)}, [0, 0.6, 0.8])):
+        compiled = compile_materials([shader("BsdfRayPortal", **inputs)])
+        (closure,) = compiled.batches[0].closures(NodeLanes(n=1, wi=wi))
+        np.testing.assert_allclose(closure.params.direction[:, 0], expected, atol=1e-7)
+        assert closure.params.position is None
+        assert [entry.state for entry in compiled.coverage] == [EXACT]
 
 
 def test_a_constant_world():
