@@ -179,7 +179,7 @@ class SliceBSDF:
         else:
             s = closure.bsdf.sample(closure.params, frame.wi, u[0], u[1], u[2])
             out.wo[:], cos_o = frame.world(s.wo), s.wo[2]
-            self._lead_away(closure, np.arange(self.lanes.n))
+            self._lead_away(closure)
         np.multiply(s.weight, closure.weight, out=out.weight)
         if self.bent:
             np.multiply(out.weight, self._same_side(out.wo, cos_o) | _passes(s.lobe), out=out.weight)
@@ -216,10 +216,12 @@ class SliceBSDF:
         out.pdf[:] = pdf
         _mark_dirac(out)
 
-    def _lead_away(self, closure: ClosureLike, index: NDArray[np.intp]) -> None:
-        """Through a portal rays leave from somewhere else."""
+    def _lead_away(self, closure: ClosureLike, index: NDArray[np.intp] | None = None) -> None:
+        """Through a portal rays leave from somewhere else; `index` None means all lanes."""
         if not getattr(closure.bsdf, "LEADS_AWAY", False):
             return
+        if index is None:
+            index = np.arange(self.lanes.n)
         position = gather(closure.params, index).position  # type: ignore[attr-defined]
         if position is not None:
             place = position - self.lanes.scene.origin32
