@@ -2,6 +2,7 @@
 
 from . import (  # noqa: F401  (their import is what registers the kinds)
     color_nodes,
+    eevee,
     image_nodes,
     inputs,
     math_nodes,
@@ -10,7 +11,10 @@ from . import (  # noqa: F401  (their import is what registers the kinds)
     patterns,
     principled,
     ramps,
+    ray_portal,
     shaders,
+    sheen,
+    toon,
     vector_nodes,
     voronoi_nodes,
 )

@@ -36,6 +36,8 @@ def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[s
         "shading normals": (bool(geometry.surface_smooth.any()), "every face is flat"),
         "transparent surfaces": (scene.transparent_surfaces, "no visible material is transparent"),
         "transparent film": (film_transparent, "the sky is part of the image"),
+        "holdouts": (scene.holds_out, "no visible material is one"),
+        "ray portals": (scene.has_portals, "no visible material is one"),
         "ideal specular": (any(b.delta_only for b in batches), "no material is made of Dirac lobes alone"),
         "several closures": (
             any(len(b.kinds) > 1 for b in batches),

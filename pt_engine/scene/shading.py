@@ -180,6 +180,7 @@ class SliceBSDF:
         else:
             s = closure.bsdf.sample(closure.params, frame.wi, u[0], u[1], u[2])
             out.wo[:], cos_o = frame.world(s.wo), s.wo[2]
+            self._lead_away(closure)
         np.multiply(s.weight, closure.weight, out=out.weight)
         if self.bent:
             np.multiply(out.weight, self._same_side(out.wo, cos_o) | _passes(s.lobe), out=out.weight)
@@ -204,6 +205,7 @@ class SliceBSDF:
             if self.bent:
                 ng = self.lanes.ng.take(index, axis=1)
                 weight = weight * (self._same_side(wo, s.wo[2], ng) | _passes(s.lobe))
+            self._lead_away(closure, index)
             scatter(out.wo, index, wo)
             scatter(dirac_weight, index, weight)
             out.lobe[index] = s.lobe
@@ -214,6 +216,17 @@ class SliceBSDF:
         np.divide(value, pdf, out=out.weight, where=smooth)
         out.pdf[:] = pdf
         _mark_dirac(out)
+
+    def _lead_away(self, closure: ClosureLike, index: NDArray[np.intp] | None = None) -> None:
+        """Through a portal rays leave from somewhere else; `index` None means all lanes."""
+        if not getattr(closure.bsdf, "LEADS_AWAY", False):
+            return
+        if index is None:
+            index = np.arange(self.lanes.n)
+        position = gather(closure.params, index).position  # type: ignore[attr-defined]
+        if position is not None:
+            place = position - self.lanes.scene.origin32
+            self.lanes.si.relocate(index, np.broadcast_to(place, (3, len(index))))
 
 
 def _passes(lobe: NDArray[np.uint8] | int) -> NDArray[np.bool_] | bool:
