@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..textures import environment
 from ..textures.images import ImageError, Texture
+from ..textures.texture import MISSING
 from .graph import NodeView
 from .inputs import coordinates, object_space_normal, position, uv_coordinates
 from .ir import COLOR, FLOAT, Value, op
@@ -17,7 +18,6 @@ from .registry import Outputs, node
 from .vector_nodes import unit
 
 Float32 = NDArray[np.float32]
-MISSING = (1.0, 0.0, 1.0)
 
 
 @op(COLOR, FLOAT)
@@ -108,13 +108,16 @@ def missing(n: NodeView, problem: str) -> Outputs:
     return {"Color": n.constant(MISSING, COLOR), "Alpha": n.constant(1.0, FLOAT)}
 
 
-def texture_of(n: NodeView, extension: str) -> Texture:
-    """The node's image with its filter."""
+def texture_of(n: NodeView, extension: str, first_tile: bool = False) -> Texture:
+    """The node's image with its filter; what is wrong with it is listed."""
     index = n.node.props.get("image")
     if not isinstance(index, int) or isinstance(index, bool):
         raise ImageError("no image")
     interpolation = str(n.prop("interpolation", "Linear"))
-    return n.reader.textures.texture(index, interpolation, extension, n.wants("Alpha"))
+    texture = n.reader.textures.texture(index, interpolation, extension, n.wants("Alpha"), first_tile)
+    for note in texture.notes:
+        n.ignored(note)
+    return texture
 
 
 @node("TexImage")
@@ -122,11 +125,12 @@ def tex_image(n: NodeView) -> Outputs:
     if n.node.props.get("image") is None:
         # Cycles gives black where the node has no image at all, magenta where its file is missing
         return {"Color": n.constant(0.0, COLOR), "Alpha": n.constant(0.0, FLOAT)}
+    projection = str(n.prop("projection", "FLAT"))
     try:
-        texture = texture_of(n, str(n.prop("extension", "REPEAT")))
+        # a box's six sides are the unit square, so Cycles loads no tile but the first
+        texture = texture_of(n, str(n.prop("extension", "REPEAT")), first_tile=projection == "BOX")
     except ImageError as problem:
         return missing(n, str(problem))
-    projection = str(n.prop("projection", "FLAT"))
     at = coordinates(n, uv_coordinates, ("",))
     if projection == "BOX":
         static: tuple[Any, ...] = (texture, float(n.prop("projection_blend", 0.0)))
