@@ -113,20 +113,27 @@ def with_alpha(rgba: Array, alpha: float) -> Array:
     return out
 
 
-def converted(texels: Array, keep_alpha_out: bool, name: str, converter: colorspace.Converter) -> Array:
-    """Scene-linear texels. The conversion is done on colour without alpha, and alpha put back after."""
+def converted(texels: Array, straight: bool, name: str, converter: colorspace.Converter) -> Array:
+    """Scene-linear texels. Unless they are `straight`, colour is divided by alpha for the conversion.
+
+    OpenColorIO's fast power passes alpha through as alpha¹, not quite the same number; what it gives is kept.
+    """
     values = texels.astype(np.float32)
     if texels.shape[2] == 1:
         grey = np.concatenate([values, values, values, np.ones_like(values)], axis=2)
         out = converter.convert(grey, name)[..., :3].mean(axis=2, keepdims=True, dtype=np.float32)
     else:
-        alpha = values[..., 3:]
-        whole = (alpha <= 0) | (alpha == 1) | keep_alpha_out
-        divisor = np.where(whole, np.float32(1), alpha)
-        values[..., :3] /= divisor
+        if not straight:
+            values[..., :3] *= 1 / divisible(values[..., 3:])
         out = converter.convert(values, name)
-        out[..., :3] *= divisor
+        if not straight:
+            out[..., :3] *= divisible(out[..., 3:])
     return to_half(out) if texels.dtype == np.float16 else out
+
+
+def divisible(alpha: Float32) -> Float32:
+    """Alpha, or 1 where nothing can be divided by it."""
+    return np.where(alpha <= 0, np.float32(1), alpha)
 
 
 def finite(texels: Array) -> Array:

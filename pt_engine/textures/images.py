@@ -1,4 +1,4 @@
-"""The images of a snapshot: decoded once, kept in the file's number format, shared by the nodes that use them."""
+"""The images of a snapshot: decoded once, kept in the file's number format, shared by all nodes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .memory import pools
 from .reading import Header, ImageError, OpenFile, OpenPixels
 from .texels import LARGEST, Texels, Whole, texel_bytes
 from .texture import FIRST_TILE, Picture, Texture, Udim
-from .tiles import SIDE, Tiled
+from .tiles import BAND, Tiled
 
 __all__ = ["ImageError", "Texture", "TextureStore"]
 
@@ -121,6 +121,10 @@ class TextureStore:
             self._pools = pools(sizes, self.limit)
         return self._pools.get(index)
 
+    def release(self) -> None:
+        """Let go of the encoded files: what is decoded is all that is needed now."""
+        self.images = ()
+
     def statistics(self) -> dict[str, int]:
         """What the textures take, for stats.json."""
         texels = [p.texels for p in self._pixels.values() if isinstance(p, Pixels)]
@@ -145,7 +149,9 @@ def size_of(image: ImageData, converter: colorspace.Converter) -> int:
             head = file.header
     except ImageError:
         return 0
-    return head.width * head.height * texel_bytes(kept_format(head, space(image, converter)[0]), head.channels)
+    return (
+        head.width * head.height * texel_bytes(kept_format(head, space(image, converter)[0]), head.channels)
+    )
 
 
 def opened(image: ImageData) -> OpenFile | OpenPixels:
@@ -198,5 +204,5 @@ def decode(image: ImageData, converter: colorspace.Converter, pool: int | None =
         else:
             channels = 4 if image.as_rgba or head.channels == 2 else min(head.channels, 4)
             form = kept_format(head, kind)
-            texels = Tiled(head.width, head.height, form, channels, rows(file, SIDE), pool or 0)
+            texels = Tiled(head.width, head.height, form, channels, rows(file, BAND), pool or 0)
     return Pixels(texels, kind == colorspace.SRGB, head.channels == 1 and not image.as_rgba, notes)

@@ -28,8 +28,9 @@ FARTHEST: Final = np.float32(2**30)  # texels; past it there is nothing to see b
 
 
 def wrap_repeat(i: Int32, size: int) -> Int32:
-    """i mod size; by division, which numpy does in SIMD, and the remainder not."""
-    wrapped: Int32 = i - i // np.int32(size) * np.int32(size)
+    """i mod size, by bits or by division: numpy does both in SIMD, and the remainder not."""
+    power_of_two = size & (size - 1) == 0
+    wrapped: Int32 = i & np.int32(size - 1) if power_of_two else i - i // np.int32(size) * np.int32(size)
     return wrapped
 
 
@@ -41,7 +42,8 @@ def wrap_extend(i: Int32, size: int) -> Int32:
 def wrap_mirror(i: Int32, size: int) -> Int32:
     """Back and forth: ... 1 0 | 0 1 ... n−1 | n−1 n−2 ..."""
     m = wrap_repeat(i, 2 * size)
-    return np.minimum(m, np.int32(2 * size - 1) - m)
+    mirrored: Int32 = np.minimum(m, np.int32(2 * size - 1) - m)
+    return mirrored
 
 
 WRAPS: Final[dict[str, Wrap]] = {
@@ -52,15 +54,27 @@ WRAPS: Final[dict[str, Wrap]] = {
 }
 
 
-def split(x: Float32) -> tuple[Int32, Float32]:
-    """Texel number at or below `x`, and how far above it we are; NaN counts as 0.
+def near(x: Float32) -> Float32:
+    """Coordinates in texels that int32 can hold; NaN counts as the farthest."""
+    if np.min(x, initial=0) >= -FARTHEST and np.max(x, initial=0) <= FARTHEST:  # false with NaN
+        return x
+    return np.fmin(np.fmax(x, -FARTHEST), FARTHEST)
 
-    A negative whole number counts as the end of the texel before it, as in Cycles.
-    """
-    x = np.fmin(np.fmax(x, -FARTHEST), FARTHEST)
-    low = x.astype(np.int32)
-    low -= x < 0
-    return low, x - low.astype(np.float32)
+
+def containing(x: Float32) -> Int32:
+    """Number of the texel that holds a point; the left end of a negative one belongs to its neighbour."""
+    x = near(x)
+    number = x.astype(np.int32)
+    number -= x < 0
+    return number
+
+
+def split(x: Float32) -> tuple[Int32, Float32]:
+    """Number of the last texel whose centre is not past `x`, and how far past it we are."""
+    x = near(x - np.float32(0.5))
+    low = np.floor(x)
+    x -= low
+    return low.astype(np.int32), x
 
 
 class Grid:
@@ -83,10 +97,11 @@ class Grid:
         The second is None where nothing is outside.
         """
         texels = self.texels
-        i, _ = split(u * np.float32(texels.width))
-        j, _ = split(v * np.float32(texels.height))
+        i = containing(u * np.float32(texels.width))
+        j = containing(v * np.float32(texels.height))
         row = texels.row(self._wrap(j, texels.height))
         out = texels.at(row + texels.column(self._wrap(i, texels.width)))
+        out *= texels.scale
         if self.extension != CLIP:
             return out, None
         inside = (self._inside(i, texels.width) & self._inside(j, texels.height)).astype(np.float32)
@@ -95,14 +110,14 @@ class Grid:
 
     def linear(self, u: Float32, v: Float32) -> tuple[Float32, Float32 | None]:
         """Bilinear between texel centres; see `closest`."""
-        i, s = split(u * np.float32(self.texels.width) - np.float32(0.5))
-        j, t = split(v * np.float32(self.texels.height) - np.float32(0.5))
+        i, s = split(u * np.float32(self.texels.width))
+        j, t = split(v * np.float32(self.texels.height))
         return self._filtered(i, (1 - s, s), j, (1 - t, t))
 
     def cubic(self, u: Float32, v: Float32) -> tuple[Float32, Float32 | None]:
         """Bicubic B-spline; see `closest`."""
-        i, s = split(u * np.float32(self.texels.width) - np.float32(0.5))
-        j, t = split(v * np.float32(self.texels.height) - np.float32(0.5))
+        i, s = split(u * np.float32(self.texels.width))
+        j, t = split(v * np.float32(self.texels.height))
         return self._filtered(i - 1, bspline(s), j - 1, bspline(t))
 
     def _filtered(
@@ -118,6 +133,7 @@ class Grid:
                 part = texels.at(row + column)
                 part *= v * u
                 out += part
+        out *= texels.scale
         return out, None if within is None or within_rows is None else within * within_rows
 
     def _taps(
@@ -125,11 +141,12 @@ class Grid:
     ) -> tuple[Taps, Float32 | None]:
         """Address parts and weights along an axis, and the sum of the weights where it is not 1."""
         taps: Taps = []
+        clipped = self.extension == CLIP
         for k, weight in enumerate(weights):
             index = first + np.int32(k)
-            inside = weight * self._inside(index, size) if self.extension == CLIP else weight
+            inside = weight * self._inside(index, size).astype(np.float32) if clipped else weight
             taps.append((part(self._wrap(index, size)), inside))
-        if self.extension != CLIP:
+        if not clipped:
             return taps, None
         total = taps[0][1].copy()
         for _, weight in taps[1:]:

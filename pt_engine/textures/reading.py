@@ -102,9 +102,7 @@ class OpenFile:
         if top == 0 and bottom == head.height:
             data = self._file.read_image(0, 0, 0, head.channels, kind)
         else:
-            data = self._file.read_scanlines(
-                0, 0, spec.y + top, spec.y + bottom, 0, 0, head.channels, kind
-            )
+            data = self._file.read_scanlines(0, 0, spec.y + top, spec.y + bottom, 0, 0, head.channels, kind)
         return self._flipped(data, bottom - top)
 
     def _of_tiles(self, rows: int) -> Iterator[tuple[int, Array]]:

@@ -7,6 +7,7 @@ touches one cache line a texel.
 
 from __future__ import annotations
 
+import functools
 from typing import Any, Final
 
 import numpy as np
@@ -20,7 +21,11 @@ BYTE: Final = np.dtype(np.uint8)
 SHORT: Final = np.dtype(np.uint16)
 HALF: Final = np.dtype(np.float16)
 FLOAT: Final = np.dtype(np.float32)
-PACKED: Final = {1: np.dtype(np.uint32), 2: np.dtype(np.uint64)}  # four numbers of that many bytes
+PACKED: Final[dict[int, np.dtype[Any]]] = {
+    1: np.dtype(np.uint32),
+    2: np.dtype(np.uint64),
+}  # four numbers of that many bytes
+SCALES: Final = {BYTE: np.float32(1 / 255), SHORT: np.float32(1 / 65535)}
 LARGEST: Final = 2**31 - 1  # addresses are int32
 
 
@@ -52,8 +57,13 @@ class Texels:
         raise NotImplementedError
 
     def at(self, address: Int) -> Float32:
-        """(channels, n) float32 texels; integers come out in [0, 1]."""
+        """(channels, n) float32 texels; times `scale` they are in [0, 1] where they are integers."""
         return unpack(self.gather(address), self.dtype, self.channels)
+
+    @property
+    def scale(self) -> np.float32:
+        """What a filter's result is still to be multiplied by."""
+        return SCALES.get(self.dtype, np.float32(1))
 
     @property
     def stored(self) -> int:
@@ -110,30 +120,33 @@ def pack(texels: Array, channels: int) -> Array:
 
 
 def unpack(got: Array, dtype: np.dtype[Any], channels: int) -> Float32:
-    """(channels, n) float32 of stored texels."""
+    """(channels, n) float32 of stored texels, integers as they are."""
     out = np.empty((channels, len(got)), np.float32)
-    if channels == 1:
+    if dtype == HALF:
+        bits = got.view(np.uint16).reshape(len(got), -1)
+        for k, channel in enumerate(out):
+            half_table().take(bits[:, k], out=channel, mode="clip")
+    elif channels == 1:
         out[0] = got
-    elif dtype == FLOAT:
-        for k in range(channels):
-            out[k] = got[:, k]
+    elif dtype == BYTE:
+        _split_bytes(got, out)
     else:
-        _split(got, dtype, out)
-    if dtype == BYTE:
-        out *= np.float32(1 / 255)
-    elif dtype == SHORT:
-        out *= np.float32(1 / 65535)
+        numbers = got.view(dtype).reshape(len(got), 4)
+        for k, channel in enumerate(out):
+            channel[:] = numbers[:, k]
     return out
 
 
-def _split(got: Array, dtype: np.dtype[Any], out: Float32) -> None:
-    """The channels of packed texels, lowest bits first (on all machines numpy is built for)."""
-    if dtype == BYTE:
-        bits, part = got.view(np.int32), np.empty(len(got), np.int32)  # signed: converts faster
-        for k, channel in enumerate(out):
-            np.right_shift(bits, 8 * k, out=part)
-            np.bitwise_and(part, 255, out=part)
-            np.copyto(channel, part, casting="unsafe")
-        return
+def _split_bytes(got: Array, out: Float32) -> None:
+    """The bytes of packed texels, the lowest first."""
+    bits, part = got.view(np.int32), np.empty(len(got), np.int32)  # signed: converts faster
     for k, channel in enumerate(out):
-        channel[:] = (got >> np.uint64(16 * k)).astype(np.uint16).view(dtype)
+        np.right_shift(bits, 8 * k, out=part)
+        np.bitwise_and(part, 255, out=part)
+        np.copyto(channel, part, casting="unsafe")
+
+
+@functools.cache
+def half_table() -> Float32:
+    """All half floats: looking them up takes half the time of numpy's conversion."""
+    return np.arange(1 << 16, dtype=np.uint16).view(np.float16).astype(np.float32)

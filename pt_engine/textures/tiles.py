@@ -8,8 +8,10 @@ lanes are grouped by tile and looked up in parts. The texels are the same as in 
 
 from __future__ import annotations
 
+import itertools
 import tempfile
 import threading
+import weakref
 from collections.abc import Iterable
 from typing import Any, Final
 
@@ -21,6 +23,7 @@ from .texels import FLOAT, PACKED, Array, Int, Texels, pack, texel_bytes
 BITS: Final = 6
 SIDE: Final = 1 << BITS  # texels along a tile
 AREA: Final = SIDE * SIDE
+BAND: Final = 8 * SIDE  # rows that are decoded at a time
 LEAST: Final = 16  # tiles that a pool holds at least
 
 
@@ -30,7 +33,7 @@ class Tiled(Texels):
     Parameters
     ----------
     bands : iterable of (int, (h, width, C) array)
-        The image's rows from the top down, `SIDE` at a time (see `reading.OpenFile.bands`); consumed at once.
+        The image's rows from the top down, `BAND` at a time (see `reading.OpenFile.bands`); consumed at once.
     capacity : int
         Bytes that the pool may take.
 
@@ -55,9 +58,11 @@ class Tiled(Texels):
         pages = self.across * self.down
         self.slots = min(pages, max(LEAST, capacity // self.tile_bytes))
         self.reads = self.evictions = 0
-        self._file = tempfile.TemporaryFile()
+        self._file = tempfile.TemporaryFile()  # noqa: SIM115  lives as long as the texels
+        weakref.finalize(self, self._file.close)
         for low, rows in bands:
-            self._write(low, rows)
+            for k in range(0, len(rows), SIDE):
+                self._write(low + k, rows[k : k + SIDE])
         self._slot = np.full(pages, -1, np.int32)  # of each tile; −1 is not in the pool
         self._page = np.full(self.slots, -1, np.int32)  # of each slot
         self._used = np.zeros(pages, np.int64)  # when a tile was looked at last
@@ -97,7 +102,7 @@ class Tiled(Texels):
         rank = np.cumsum(np.diff(ranked, prepend=ranked[:1]) != 0)  # of each lane's tile in the batch
         edges = np.searchsorted(rank, np.arange(0, rank[-1] + self.slots + 1, self.slots))
         out = np.empty((len(address), *self._pool.shape[1:]), self._pool.dtype)
-        for low, high in zip(edges[:-1], edges[1:], strict=True):
+        for low, high in itertools.pairwise(edges):
             lanes = order[low:high]
             out[lanes] = self._from_pool(address.take(lanes), pages.take(lanes))
         return out
@@ -118,7 +123,7 @@ class Tiled(Texels):
         for page, slot in zip(pages, self._free(len(pages)), strict=True):
             self._file.seek(int(page) * self.tile_bytes)
             tile = self._pool[slot * AREA : (slot + 1) * AREA]
-            self._file.readinto(memoryview(tile).cast("B"))  # type: ignore[attr-defined]
+            self._file.readinto(memoryview(tile).cast("B"))
             self._slot[page], self._page[slot] = slot, page
         self.reads += len(pages)
 
@@ -144,4 +149,5 @@ class Tiled(Texels):
 
 def stored_type(dtype: np.dtype[Any], channels: int) -> np.dtype[Any]:
     """The number type that texels of a format are packed in."""
-    return dtype if channels == 1 or dtype == FLOAT else PACKED[dtype.itemsize]
+    packed: np.dtype[Any] = dtype if channels == 1 or dtype == FLOAT else PACKED[dtype.itemsize]
+    return packed

@@ -13,9 +13,10 @@ from pt_engine.nodes.compile import compile_materials
 
 
 class Case(NamedTuple):
-    """An image, made by `image()`, how a node looks it up, and which share of the look-ups may differ.
+    """An image, made by `image()` or by a setting, and how a node looks it up.
 
     `bounds` are those of the random coordinates, `output` is Color or Alpha; `both`: Color · (Alpha + ½).
+    `jumps` is the share of look-ups that may differ.
     """
 
     name: str
@@ -32,7 +33,8 @@ def material(case):
     made = cycles_nodes.material(case.name, "TexImage", case.settings, {"Vector": "A"}, case.output)
     nodes, links = made.node_tree.nodes, made.node_tree.links
     node = next(n for n in nodes if n.bl_idname == "ShaderNodeTexImage")
-    node.image = case.image()
+    if case.image is not None:
+        node.image = case.image()
     if case.both:
         shine = next(n for n in nodes if n.bl_idname == "ShaderNodeEmission")
         more = nodes.new("ShaderNodeMath")
@@ -42,26 +44,26 @@ def material(case):
     return made
 
 
-def answers(cases, frame=1, **compiled):
-    """[(theirs, ours), ...], each (3, n), of all cases; and what our compiler lists."""
+def answers(cases, frame=1, sheet=cycles_nodes.sheet, lanes=NodeLanes):
+    """[(theirs, ours), ...], each (3, n), of all cases; and what our compiler and our export list."""
     bpy.context.scene.frame_set(frame)
     tables, materials = [], []
     for number, case in enumerate(cases):
         table = cycles_nodes.inputs(number, *case.bounds)
-        sheet = cycles_nodes.sheet(case.name, table, *cycles_nodes.place(number, len(cases)))
+        owner = sheet(case.name, table, *cycles_nodes.place(number, len(cases)))
         made = material(case)
-        sheet.data.materials.append(made)
+        owner.data.materials.append(made)
         tables.append(table)
         materials.append(made)
     picture = cycles_nodes.render(len(cases))
     depsgraph = bpy.context.evaluated_depsgraph_get()
     images = ImageTable([], frame)
     graphs = [export_material(m.evaluated_get(depsgraph), images) for m in materials]
-    ready = compile_materials(graphs, images.images, ocio_config(), **compiled)
+    ready = compile_materials(graphs, images.images, ocio_config())
     found = []
     for number in range(len(cases)):
         batch = ready.batches[ready.batch_of[number]]
-        ours = batch.emission(NodeLanes(colors=tables[number], material=number))
+        ours = batch.emission(lanes(colors=tables[number], material=number))
         theirs = cycles_nodes.cut(picture, number, len(cases))
         ours = np.zeros((3, 1), np.float32) if ours is None else ours
         found.append((theirs, np.broadcast_to(ours, theirs.shape)))

@@ -26,7 +26,7 @@ def sequence_frame(user, frame: int) -> int:
     """Number of the file that an image user shows at a frame of the scene.
 
     The settings count: Start Frame, Frames, Offset and Cyclic. Auto Refresh does not: Cycles looks anew in
-    each render.
+    each render. Before the start it is number 0, of which there often is no file.
     """
     length = user.frame_duration
     if length == 0:
@@ -34,7 +34,7 @@ def sequence_frame(user, frame: int) -> int:
     position = frame - user.frame_start + 1
     if user.use_cyclic:
         position = (position - 1) % length + 1
-    return min(max(position, 1), length) + user.frame_offset
+    return min(max(position, 0), length) + user.frame_offset
 
 
 def sequence_file(path: str, number: int) -> str:

@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 
 from ...scene.snapshot import ImageData
+from ...textures.colorspace import srgb_to_linear
 from .image_files import file_path, tile_path
 
 BYTE_FILES = {".jpg", ".jpeg", ".jpe", ".webp", ".tga", ".bmp", ".png"}  # PNG may be 16-bit
@@ -56,9 +57,15 @@ class ImageTable:
         """A UDIM; its tiles become images of their own, before it."""
         tiles = []
         for tile in image.original.tiles:
+            where = f"Image {image.name}, tile {tile.number}"
             data = export_tile(image, tile)
             tiles.append((tile.number, len(self.images)))
-            self.images.append(self._noted(data, f"Image {image.name}, tile {tile.number}"))
+            self.images.append(self._noted(data, where))
+            if tile.is_generated_tile and tile.generated_type != "BLANK":
+                self.unsupported.append((where, "a generated pattern", "one colour, the tile's own"))
+            elif data.as_rgba and not stays_encoded(image, data.encoded, data.suffix):
+                what = "a packed tile of more than 8 bits or with multiplied alpha"
+                self.unsupported.append((where, what, "alpha and filter as if it were not packed"))
         return ImageData(tiles=tuple(tiles), **common(image))
 
     def _noted(self, data: ImageData, where: str) -> ImageData:
@@ -131,7 +138,9 @@ def stays_encoded(image, data, suffix: str) -> bool:
         deep = data[:4].tobytes() == b"\x89PNG" and len(data) > 24 and data[24] == 16
         return not deep and image.alpha_mode != "PREMUL"
     if suffix in LINEAR_FILES:
-        return image.colorspace_settings.name in ("Linear Rec.709", "Non-Color") and image.alpha_mode == "PREMUL"
+        return (
+            image.colorspace_settings.name in ("Linear Rec.709", "Non-Color") and image.alpha_mode == "PREMUL"
+        )
     return False
 
 
@@ -161,6 +170,7 @@ def blank(image, tile) -> ImageData:
     shape = (tile.generated_height, tile.generated_width, 4)
     color = np.array(tile.generated_color, np.float32)
     if tile.use_generated_float:
+        color[:3] = srgb_to_linear(color[:3])
         return ImageData(pixels=np.full(shape, color, np.float32), **float_buffer(image))
     return ImageData(pixels=np.full(shape, np.rint(color * 255), np.uint8), **common(image))
 
