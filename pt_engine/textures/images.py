@@ -149,9 +149,8 @@ def size_of(image: ImageData, converter: colorspace.Converter) -> int:
             head = file.header
     except ImageError:
         return 0
-    return (
-        head.width * head.height * texel_bytes(kept_format(head, space(image, converter)[0]), head.channels)
-    )
+    form = kept_format(head, space(image, converter)[0])
+    return head.width * head.height * texel_bytes(form, kept_channels(head, image))
 
 
 def opened(image: ImageData) -> OpenFile | OpenPixels:
@@ -172,6 +171,11 @@ def kept_format(head: Header, kind: str) -> np.dtype[Any]:
     """The number format of the texels: integers of a converted space become half floats."""
     converted = kind == colorspace.NAMED and head.dtype.kind == "u"
     return np.dtype(np.float16) if converted else head.dtype
+
+
+def kept_channels(head: Header, image: ImageData) -> int:
+    """Channels of the texels: 1 or 4."""
+    return 4 if image.as_rgba or head.channels > 1 else 1
 
 
 def space(image: ImageData, converter: colorspace.Converter) -> tuple[str, tuple[str, ...]]:
@@ -197,12 +201,12 @@ def decode(image: ImageData, converter: colorspace.Converter, pool: int | None =
 
     with closing(opened(image)) as file:
         head = file.header
+        form = kept_format(head, kind)
+        channels = kept_channels(head, image)
+        bands = rows(file, BAND if kind != colorspace.NAMED else 8 * BAND)  # each reads the config anew
         texels: Texels
         if pool is None and head.width * head.height <= LARGEST:
-            ((_, every),) = rows(file, head.height)
-            texels = Whole.of(every)
+            texels = Whole(head.width, head.height, form, channels, bands)
         else:
-            channels = 4 if image.as_rgba or head.channels == 2 else min(head.channels, 4)
-            form = kept_format(head, kind)
-            texels = Tiled(head.width, head.height, form, channels, rows(file, BAND), pool or 0)
+            texels = Tiled(head.width, head.height, form, channels, bands, pool or 0)
     return Pixels(texels, kind == colorspace.SRGB, head.channels == 1 and not image.as_rgba, notes)

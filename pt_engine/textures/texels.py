@@ -8,6 +8,7 @@ touches one cache line a texel.
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterable
 from typing import Any, Final
 
 import numpy as np
@@ -25,6 +26,7 @@ PACKED: Final[dict[int, np.dtype[Any]]] = {
     1: np.dtype(np.uint32),
     2: np.dtype(np.uint64),
 }  # four numbers of that many bytes
+OPAQUE: Final = {BYTE: 255, SHORT: 65535, HALF: 0x3C00}  # the bits of 1
 SCALES: Final = {BYTE: np.float32(1 / 255), SHORT: np.float32(1 / 65535)}
 LARGEST: Final = 2**31 - 1  # addresses are int32
 
@@ -72,19 +74,36 @@ class Texels:
 
 
 class Whole(Texels):
-    """All texels in memory, row by row, bottom row first."""
+    """All texels in memory, row by row, bottom row first.
 
-    def __init__(self, data: Array, width: int, height: int, dtype: np.dtype[Any], channels: int) -> None:
-        super().__init__(width, height, dtype, channels)
-        self.data = data
+    Parameters
+    ----------
+    channels : int
+        1 or 4 of the bands; opaque colour then loses its alpha, and grey is kept as one channel.
+    bands : iterable of (int, (h, width, channels) array)
+        Rows from number `low` on, in any order; together all rows.
+    """
+
+    def __init__(
+        self, width: int, height: int, dtype: np.dtype[Any], channels: int, bands: Iterable[tuple[int, Array]]
+    ) -> None:
+        shape = (width * height, 4) if dtype == FLOAT and channels == 4 else (width * height,)
+        self.data = np.empty(shape, stored_type(dtype, channels))
+        needed = 1
+        for low, rows in bands:
+            packed = pack(rows, channels)
+            self.data[low * width : low * width + len(packed)] = packed
+            if channels == 4 and needed < 4:
+                needed = max(needed, needed_channels(packed, dtype))
+        if channels == 4 and needed == 1:
+            self.data = np.ascontiguousarray(self.data.view(dtype).reshape(-1, 4)[:, 0])
+        super().__init__(width, height, dtype, needed if channels == 4 else 1)
 
     @classmethod
     def of(cls, texels: Array) -> Whole:
-        """From (H, W, 1) or (H, W, 4) texels; opaque colour loses its alpha, and equal channels two."""
+        """From (H, W, 1) or (H, W, 4) texels."""
         height, width, channels = texels.shape
-        if channels == 4:
-            channels = needed_channels(texels)
-        return cls(pack(texels, channels), width, height, texels.dtype, channels)
+        return cls(width, height, texels.dtype, channels, [(0, texels)])
 
     def row(self, j: Int) -> Int:
         return j * np.int32(self.width)
@@ -97,13 +116,19 @@ class Whole(Texels):
         return got
 
 
-def needed_channels(rgba: Array) -> int:
+def needed_channels(packed: Array, dtype: np.dtype[Any]) -> int:
     """1 where all texels are opaque greys, 3 where all are opaque, else 4."""
-    opaque = {BYTE: 255, SHORT: 65535}.get(rgba.dtype, 1)
-    if not (rgba[..., 3] == opaque).all():
-        return 4
-    red = rgba[..., 0]
-    return 1 if all(np.array_equal(red, rgba[..., k]) for k in (1, 2)) else 3
+    if dtype == FLOAT:
+        opaque = bool((packed[:, 3] == 1).all())
+        grey = opaque and all(np.array_equal(packed[:, 0], packed[:, k]) for k in (1, 2))
+    else:
+        bits = 8 * dtype.itemsize
+        one, color = packed.dtype.type(OPAQUE[dtype]), packed.dtype.type((1 << 3 * bits) - 1)
+        opaque = bool((packed >> packed.dtype.type(3 * bits) == one).all())
+        times = packed.dtype.type(1 + (1 << bits) + (1 << 2 * bits))  # copies the first channel to the others
+        first = packed.dtype.type((1 << bits) - 1)
+        grey = opaque and bool(((packed & first) * times == packed & color).all())
+    return 1 if grey else 3 if opaque else 4
 
 
 def texel_bytes(dtype: np.dtype[Any], channels: int) -> int:
@@ -117,6 +142,12 @@ def pack(texels: Array, channels: int) -> Array:
         return np.ascontiguousarray(texels[..., 0]).reshape(-1)
     rows = np.ascontiguousarray(texels).reshape(-1, 4)
     return rows if texels.dtype == FLOAT else rows.view(PACKED[texels.dtype.itemsize])[:, 0]
+
+
+def stored_type(dtype: np.dtype[Any], channels: int) -> np.dtype[Any]:
+    """The number type that texels of a format are packed in."""
+    packed: np.dtype[Any] = dtype if channels == 1 or dtype == FLOAT else PACKED[dtype.itemsize]
+    return packed
 
 
 def unpack(got: Array, dtype: np.dtype[Any], channels: int) -> Float32:

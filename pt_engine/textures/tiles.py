@@ -18,7 +18,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .texels import FLOAT, PACKED, Array, Int, Texels, pack, texel_bytes
+from .texels import FLOAT, Array, Int, Texels, needed_channels, pack, stored_type, texel_bytes
 
 BITS: Final = 6
 SIDE: Final = 1 << BITS  # texels along a tile
@@ -60,9 +60,11 @@ class Tiled(Texels):
         self.reads = self.evictions = 0
         self._file = tempfile.TemporaryFile()  # noqa: SIM115  lives as long as the texels
         weakref.finalize(self, self._file.close)
+        if channels == 4:
+            self.channels = 3  # until a texel is not opaque
         for low, rows in bands:
             for k in range(0, len(rows), SIDE):
-                self._write(low + k, rows[k : k + SIDE])
+                self._write(low + k, rows[k : k + SIDE], channels)
         self._slot = np.full(pages, -1, np.int32)  # of each tile; −1 is not in the pool
         self._page = np.full(self.slots, -1, np.int32)  # of each slot
         self._used = np.zeros(pages, np.int64)  # when a tile was looked at last
@@ -137,17 +139,13 @@ class Tiled(Texels):
         self.evictions += len(old)
         return slots
 
-    def _write(self, low: int, rows: Array) -> None:
+    def _write(self, low: int, rows: Array, channels: int) -> None:
         """Write rows `low`, `low` + 1 ... to the file, tile by tile."""
-        height, width, channels = rows.shape
+        height, width = rows.shape[:2]
+        if self.channels == 3 and needed_channels(pack(rows, 4), rows.dtype) == 4:
+            self.channels = 4
         padded = np.zeros((SIDE, self.across * SIDE, channels), rows.dtype)
         padded[:height, :width] = rows
         tiles = padded.reshape(SIDE, self.across, SIDE, channels).swapaxes(0, 1)
         self._file.seek(low // SIDE * self.across * self.tile_bytes)
-        self._file.write(pack(tiles.reshape(-1, SIDE, channels), self.channels).tobytes())
-
-
-def stored_type(dtype: np.dtype[Any], channels: int) -> np.dtype[Any]:
-    """The number type that texels of a format are packed in."""
-    packed: np.dtype[Any] = dtype if channels == 1 or dtype == FLOAT else PACKED[dtype.itemsize]
-    return packed
+        self._file.write(pack(tiles.reshape(-1, SIDE, channels), channels).tobytes())

@@ -13,9 +13,6 @@ from support.bpy_scenes import empty_scene  # noqa: E402
 from support.cycles_images import Case  # noqa: E402
 from support.tilted_sheets import TiltedSheets  # noqa: E402
 
-from pt_engine.scene.snapshot import ImageData  # noqa: E402
-from pt_engine.textures.images import TextureStore  # noqa: E402
-
 pytestmark = pytest.mark.skipif(
     bpy.app.version < (5, 0, 0), reason="images follow Cycles 5: 4.5 keeps and associates texels otherwise"
 )
@@ -99,29 +96,3 @@ def test_a_sequence_shows_the_file_that_cycles_shows(frame, files, tmp_path):
     cases = [Case(f"{row}", None, settings(*row)) for row in rows]
     lines, _, _ = all_wrong(cases, frame, flat=[f"{row}" for row in rows])
     assert not lines
-
-
-def test_tiles_of_a_small_pool_are_the_same_texels(files, tmp_path):
-    """16k images do not fit; here are small ones that do not fit in a smaller limit."""
-    rng = np.random.default_rng(0)
-    u, v = rng.uniform(-1.5, 2.5, (2, 5000)).astype(np.float32)
-    shapes = (
-        ("a.png", (300, 270, 4), "uint8"), ("b.png", (257, 450, 3), "uint16"), ("c.exr", (400, 300, 4), "half"),
-        ("d.tif", (330, 257, 1), "float"), ("e.png", (300, 200, 1), "uint8"),
-    )  # fmt: skip
-    images = []
-    for name, shape, form in shapes:
-        path = image_files.write(tmp_path / name, image_files.pattern(*shape), form)
-        images.append(ImageData(name, encoded=np.fromfile(path, np.uint8), suffix=path.suffix))
-    whole, tiled = TextureStore(images), TextureStore(images, limit=100_000)
-    for index in range(len(images)):
-        for interpolation in ("Closest", "Linear", "Cubic"):
-            for extension in image_cases.EXTENSIONS:
-                a = whole.texture(index, interpolation, extension, True).sample(u, v)
-                b = tiled.texture(index, interpolation, extension, True).sample(u, v)
-                for one, other in zip(a, b, strict=True):
-                    np.testing.assert_array_equal(one, other)
-    numbers = tiled.statistics()
-    assert numbers["tiled"] == 5
-    assert numbers["tile_evictions"] > 0
-    assert numbers["bytes"] < numbers["full_bytes"]
