@@ -200,6 +200,8 @@ def decode(image: ImageData, converter: colorspace.Converter, pool: int | None =
             yield low, conform(raw, image.alpha_mode, kind, image.colorspace, converter, image.as_rgba)
 
     with closing(opened(image)) as file:
+        if file.has_mip_maps:
+            notes += (f"{image.name}: looked up in full size, not in its mip maps",)
         head = file.header
         form = kept_format(head, kind)
         channels = kept_channels(head, image)

@@ -78,6 +78,14 @@ class OpenFile:
             raise self._error("it is a volume, not an image")
         return Header(spec.width, spec.height, spec.nchannels, number_format(spec))
 
+    @property
+    def has_mip_maps(self) -> bool:
+        """Whether the file holds smaller versions of the image as well."""
+        if not self._spec.tile_width or not self._file.seek_subimage(0, 1):
+            return False
+        self._file.seek_subimage(0, 0)
+        return True
+
     def bands(self, rows: int) -> Iterator[tuple[int, Array]]:
         """(first row counted from the bottom, (h, width, channels) bottom row first), the top band first.
 
@@ -140,6 +148,8 @@ class OpenPixels:
             raise ImageError(f"{name}: it has no pixels")
         self._pixels = pixels
         self.header = Header(width, height, channels, pixels.dtype)
+
+    has_mip_maps = False
 
     def close(self) -> None:
         """Nothing is open."""

@@ -1,15 +1,17 @@
 """Images that do not fit in memory, UDIM tiles, and what the store tells of itself."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
-pytest.importorskip("OpenImageIO")
-from support import image_files  # noqa: E402
+oiio = pytest.importorskip("OpenImageIO")
+from support import image_files
 
-from pt_engine.scene.snapshot import ImageData  # noqa: E402
-from pt_engine.textures import lookup  # noqa: E402
-from pt_engine.textures.images import TextureStore  # noqa: E402
-from pt_engine.textures.memory import pools  # noqa: E402
+from pt_engine.scene.snapshot import ImageData
+from pt_engine.textures import lookup
+from pt_engine.textures.images import TextureStore
+from pt_engine.textures.memory import pools
 
 
 def test_tiles_of_a_small_pool_are_the_same_texels(tmp_path):
@@ -40,6 +42,28 @@ def test_tiles_of_a_small_pool_are_the_same_texels(tmp_path):
     assert numbers["tiled"] == 6
     assert numbers["tile_evictions"] > 0
     assert numbers["bytes"] < numbers["full_bytes"]
+
+
+def test_threads_share_a_pool(tmp_path):
+    """Tiles that one thread throws out are not those another is looking at."""
+    path = image_files.write(tmp_path / "shared.png", image_files.pattern(500, 500, 4))
+    image = ImageData("shared", encoded=np.fromfile(path, np.uint8), suffix=".png")
+    u, v = np.random.default_rng(0).random((2, 40, 3000), dtype=np.float32)
+    whole = TextureStore([image]).texture(0, "Linear", "REPEAT", False)
+    tiled = TextureStore([image], limit=300_000).texture(0, "Linear", "REPEAT", False)
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(tiled.sample, u, v))
+    for k, (color, _) in enumerate(found):
+        np.testing.assert_array_equal(color, whole.sample(u[k], v[k])[0])
+
+
+def test_mip_maps_are_named(tmp_path):
+    path = str(tmp_path / "mip.tx")
+    source = oiio.ImageBuf(image_files.pattern(128, 128, 3))
+    assert oiio.ImageBufAlgo.make_texture(oiio.MakeTxTexture, source, path)
+    image = ImageData("mip", encoded=np.fromfile(path, np.uint8), suffix=".tx")
+    (note,) = TextureStore([image]).texture(0, "Linear", "REPEAT", False).notes
+    assert "mip" in note
 
 
 def pixels(color, size=(2, 2), name=""):
