@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 oiio = pytest.importorskip("OpenImageIO")
-from support import image_files
+from support import image_files  # noqa: E402
 
-from pt_engine.scene.snapshot import ImageData
-from pt_engine.textures import lookup
-from pt_engine.textures.images import TextureStore
-from pt_engine.textures.memory import pools
+from pt_engine.scene.snapshot import ImageData  # noqa: E402
+from pt_engine.textures import lookup  # noqa: E402
+from pt_engine.textures.images import TextureStore  # noqa: E402
+from pt_engine.textures.memory import pools  # noqa: E402
 
 
 def test_tiles_of_a_small_pool_are_the_same_texels(tmp_path):
