@@ -65,8 +65,8 @@ def image_box(texture: Texture, blend: float, at: Float32, normal: Float32) -> t
             continue
         c, a = texture.sample(*(np.broadcast_to(w, size).take(some) for w in (u, v)))
         share = np.broadcast_to(weight, size).take(some)
-        color[:, some] += share * c
-        alpha[some] += share * a
+        for total, value in zip((*color, alpha), (*c, a), strict=True):
+            total[some] += share * value
     return color, alpha
 
 
@@ -80,22 +80,23 @@ def box_weights(normal: Float32, blend: float) -> Float32:
     n = n / np.maximum(n[0] + n[1] + n[2], np.float32(1e-20))
     limit = 0.5 * (1 + blend)
     out: Float32 = np.zeros_like(n)
-    done = np.zeros(n.shape[1], bool)
+    free = np.ones(n.shape[1], np.float32)  # 1 until a zone is found; floats, which numpy mixes faster
     for a, b, c in ((0, 1, 2), (1, 0, 2), (2, 0, 1)):
-        alone = (n[a] > limit * (n[a] + n[b])) & (n[a] > limit * (n[a] + n[c])) & ~done
-        out[a] += alone
-        done |= alone
+        alone = (n[a] > limit * (n[a] + n[b])) & (n[a] > limit * (n[a] + n[c]))
+        out[a] = alone.astype(np.float32) * free
+        free -= out[a]
     if blend <= 0:
-        out[0] += ~done
+        out[0] += free
         return out
     for a, b, c in ((0, 1, 2), (1, 2, 0), (0, 2, 1)):
-        two = (n[c] < (1 - limit) * (n[a] + n[b])) & ~done
-        share = n[a] / np.maximum(n[a] + n[b], np.float32(1e-20))
-        share = np.clip((share - 0.5 * (1 - blend)) / blend, 0, 1)
-        out[a] += two * share
-        out[b] += two * (1 - share)
-        done |= two
-    out += ~done * (((2 - limit) * n + np.float32(limit - 1)) / np.float32(2 * limit - 1))
+        pair = n[a] + n[b]
+        two = (n[c] < (1 - limit) * pair).astype(np.float32) * free
+        share = n[a] / np.maximum(pair, np.float32(1e-20))
+        share = two * np.clip((share - 0.5 * (1 - blend)) / blend, 0, 1)
+        out[a] += share
+        out[b] += two - share
+        free -= two
+    out += free * (((2 - limit) * n + np.float32(limit - 1)) / np.float32(2 * limit - 1))
     return out
 
 
@@ -112,7 +113,7 @@ def texture_of(n: NodeView, extension: str, first_tile: bool = False) -> Texture
     """The node's image with its filter; what is wrong with it is listed."""
     index = n.node.props.get("image")
     if not isinstance(index, int) or isinstance(index, bool):
-        raise ImageError("no image")
+        raise ImageError("no image is set")
     interpolation = str(n.prop("interpolation", "Linear"))
     texture = n.reader.textures.texture(index, interpolation, extension, n.wants("Alpha"), first_tile)
     for note in texture.notes:
@@ -122,9 +123,6 @@ def texture_of(n: NodeView, extension: str, first_tile: bool = False) -> Texture
 
 @node("TexImage")
 def tex_image(n: NodeView) -> Outputs:
-    if n.node.props.get("image") is None:
-        # Cycles gives black where the node has no image at all, magenta where its file is missing
-        return {"Color": n.constant(0.0, COLOR), "Alpha": n.constant(0.0, FLOAT)}
     projection = str(n.prop("projection", "FLAT"))
     try:
         # a box's six sides are the unit square, so Cycles loads no tile but the first
@@ -149,8 +147,6 @@ def environment_map(texture: Texture, projection: str, direction: Float32) -> tu
 
 @node("TexEnvironment")
 def tex_environment(n: NodeView) -> Outputs:
-    if n.node.props.get("image") is None:
-        return {"Color": n.constant(0.0, COLOR), "Alpha": n.constant(0.0, FLOAT)}
     try:
         texture = texture_of(n, "REPEAT")
     except ImageError as problem:

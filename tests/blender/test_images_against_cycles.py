@@ -66,11 +66,10 @@ def test_colour_spaces_are_those_of_cycles(names, files):
 
 
 def test_bad_images_look_as_in_cycles_and_are_named(files):
-    lines, effects, unsupported = all_wrong(
-        list(image_cases.bad(files)), flat=("missing", "empty", "half a png", "half a exr")
-    )
+    flat = ("missing", "no image", "no image Alpha", "empty", "half a png", "half a exr")
+    lines, effects, unsupported = all_wrong(list(image_cases.bad(files)), flat=flat)
     assert not lines
-    for name in ("missing.png", "empty.png", "half.png", "half.exr"):
+    for name in ("missing.png", "empty.png", "half.png", "half.exr", "no image is set"):
         assert any(name in effect and "magenta" in effect for effect in effects), name
     assert {where for where, _, _ in unsupported} == {"Image missing.png", "Image empty.png"}
 

@@ -217,6 +217,8 @@ def bad(files):
         content = path.read_bytes()
         path.write_bytes(content[: len(content) // 2])
 
+    yield Case("no image", None, {})
+    yield Case("no image Alpha", None, {}, "Alpha")
     yield Case("missing", files.damaged("missing.png", (4, 4, 4), "uint8", lambda path: path.unlink()), {})
     yield Case(
         "empty", files.damaged("empty.png", (4, 4, 4), "uint8", lambda path: path.write_bytes(b"")), {}

@@ -49,9 +49,13 @@ class ImageTable:
         return self._index[key]
 
     def _single(self, image, path: str) -> ImageData:
+        where = f"Image {image.name}"
         if image.source == "MOVIE":
-            self.unsupported.append((f"Image {image.name}", "a movie", "one frame is used everywhere"))
-        return self._noted(export_image(image, path), f"Image {image.name}")
+            self.unsupported.append((where, "a movie", "one frame is used everywhere"))
+        if getattr(image.original, "is_missing", False):
+            library = image.library.filepath if image.library else ""
+            self.unsupported.append((where, f"not in its library {library}", "Blender's placeholder, a grid"))
+        return self._noted(export_image(image, path), where)
 
     def _tiled(self, image) -> ImageData:
         """A UDIM; its tiles become images of their own, before it."""
