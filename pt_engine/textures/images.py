@@ -210,5 +210,6 @@ def decode(image: ImageData, converter: colorspace.Converter, pool: int | None =
         if pool is None and head.width * head.height <= LARGEST:
             texels = Whole(head.width, head.height, form, channels, bands)
         else:
-            texels = Tiled(head.width, head.height, form, channels, bands, pool or 0)
+            room = head.width * head.height * texel_bytes(form, channels) if pool is None else pool
+            texels = Tiled(head.width, head.height, form, channels, bands, room)
     return Pixels(texels, kind == colorspace.SRGB, head.channels == 1 and not image.as_rgba, notes)

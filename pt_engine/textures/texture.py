@@ -111,7 +111,7 @@ class Udim(Texture):
         outside = (x < 0) | (y < 0) | (x >= TILES_ACROSS) | (place > nowhere)
         place += outside * (nowhere - place)
         tile = self._of_place.take(place, mode="clip")
-        u, v = u - x, v - y
+        u, v = u - x.astype(np.float32), v - y.astype(np.float32)
         if len(tile) and (tile == tile[0]).all():
             return self._one(int(tile[0]), u, v)
         order = np.argsort(tile, kind="stable")

@@ -83,7 +83,7 @@ class Tiled(Texels):
     def gather(self, address: Int) -> Array:
         pages = address >> (2 * BITS)
         with self._lock:
-            if self._wanted(pages) <= self.slots:
+            if self.slots == len(self._slot) or self._wanted(pages) <= self.slots:
                 return self._from_pool(address, pages)
             return self._in_parts(address, pages)
 

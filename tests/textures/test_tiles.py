@@ -87,6 +87,7 @@ def test_lanes_look_into_their_own_tile():
     red, green, magenta = (1, 0, 0), (0, 1, 0), (1, 0, 1)
     np.testing.assert_allclose(color.T, [red, green, *[magenta] * 6], atol=1e-6)
     np.testing.assert_array_equal(alpha, 1)
+    assert color.dtype == alpha.dtype == np.float32
     (note,) = texture.notes
     assert "gone" in note
     assert "1002" in note
