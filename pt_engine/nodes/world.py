@@ -52,12 +52,15 @@ class WorldProgram:
 
 
 def compile_world(
-    graph: Graph | None, images: Sequence[ImageData] = (), ocio_config: str = ""
+    graph: Graph | None,
+    images: Sequence[ImageData] = (),
+    ocio_config: str = "",
+    textures: TextureStore | None = None,
 ) -> WorldProgram:
     """Compile a world; None is black."""
     if graph is None:
         return WorldProgram(np.zeros(3, np.float32), False)
-    batch, log = _emitter(graph, TextureStore(images, ocio_config), world=True)
+    batch, log = _emitter(graph, textures or TextureStore(images, ocio_config), world=True)
     known = batch.constant_emission()
     if known is None:
         return WorldProgram(None, True, log.entries(), batch.needs, batch)
@@ -66,12 +69,15 @@ def compile_world(
 
 
 def compile_light(
-    graph: Graph | None, images: Sequence[ImageData] = (), ocio_config: str = ""
+    graph: Graph | None,
+    images: Sequence[ImageData] = (),
+    ocio_config: str = "",
+    textures: TextureStore | None = None,
 ) -> tuple[Float32, list[Coverage]]:
     """The constant factor (3,) of a lamp's node tree on its power, and what that leaves out."""
     if graph is None:
         return np.ones(3, np.float32), []
-    batch, log = _emitter(graph, TextureStore(images, ocio_config), world=False)
+    batch, log = _emitter(graph, textures or TextureStore(images, ocio_config), world=False)
     known = batch.constant_emission()
     if known is None:
         log.note(graph.name, APPROXIMATE, "the lamp's colour varies; its mean is used in all directions")

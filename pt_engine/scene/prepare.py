@@ -15,6 +15,7 @@ from ..emitters.triangle import TriangleEmitters
 from ..nodes.compile import Materials, compile_materials
 from ..nodes.coverage import IGNORED, Coverage
 from ..nodes.world import WorldProgram, compile_light, compile_world
+from ..textures.images import TextureStore
 from .accel import Accel
 from .attributes import Layer, color_layer, generated_layer, normal_layer, position_layer, uv_layer
 from .features import features
@@ -28,8 +29,15 @@ Int32 = NDArray[np.int32]
 ENVIRONMENT_HEIGHT = 512  # rows of the importance map; the radiance itself is never baked
 
 
-def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
+def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: int = 0) -> Scene:
     """Compile a snapshot into what integrators render.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+    film_transparent : bool
+    texture_memory : int
+        Bytes that the texels of all images together may take; 0 for no limit.
 
     Raises
     ------
@@ -37,15 +45,14 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
         More than 2³¹ triangles.
     """
     started = time.perf_counter()
-    materials = compile_materials(snapshot.materials, snapshot.images, snapshot.ocio_config)
-    world = compile_world(snapshot.world, snapshot.images, snapshot.ocio_config)
+    textures = TextureStore(snapshot.images, snapshot.ocio_config, texture_memory)
+    materials = compile_materials(snapshot.materials, textures=textures)
+    world = compile_world(snapshot.world, textures=textures)
     placed = place(snapshot)
     accel = Accel(placed.vertices, placed.triangles)
     geometry = pack(snapshot, placed)
     prim, triangles = emissive_triangles(geometry, materials)
-    lamp_programs = [
-        compile_light(lamp.graph, snapshot.images, snapshot.ocio_config) for lamp in snapshot.lights
-    ]
+    lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
     lights = Lights(
         snapshot.lights,
         np.array([strength for strength, _ in lamp_programs], np.float64).reshape(-1, 3),
@@ -57,6 +64,8 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
     geometry.release()
     layers = shading_layers(snapshot, geometry, materials)
     scene = Scene(geometry, accel, snapshot.instances, layers, materials, world, lights, film_transparent)
+    textures.release()
+    scene.textures = textures
     scene.emissive_prim = prim
     scene.material_names = tuple(graph.name for graph in snapshot.materials)
     scene.camera = make_camera(snapshot.camera, geometry.origin)

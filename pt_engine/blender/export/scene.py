@@ -34,7 +34,7 @@ def export_scene(depsgraph, *, camera=None, size=None) -> Snapshot:
     """
     scene = depsgraph.scene_eval
     unsupported: list[tuple[str, str, str]] = []
-    images = ImageTable(unsupported)
+    images = ImageTable(unsupported, scene.frame_current)
     materials = MaterialTable(depsgraph, images)
     collector = Collector(depsgraph, materials, images, unsupported)
     instances = collector.run()
