@@ -68,6 +68,7 @@ class LampPart:
         self.sized = not kind.delta
         self.delta = kind.delta or not data.use_mis or not data.cast_shadow
         self.camera = tuple(self.sized and bool(x.data.visibility & Visibility.CAMERA) for x in lamps)
+        self.distant = data.kind == "SUN"
         self._shadowless = not data.cast_shadow
 
     def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
@@ -77,9 +78,12 @@ class LampPart:
 
     def hits(self, o: Float32, d: Float32, t: Float32, of_camera: bool) -> Iterator[Hits]:
         """What camera rays, or all others, meet of each lamp."""
-        for row in range(self.count):
-            if self.camera[row] if of_camera else not self.delta:
-                yield self.kind.hits(row, o, d, t)
+        for row in self.rows(of_camera):
+            yield self.kind.hits(row, o, d, t)
+
+    def rows(self, of_camera: bool) -> list[int]:
+        """The lamps that camera rays, or all others, may meet."""
+        return [row for row in range(self.count) if (self.camera[row] if of_camera else not self.delta)]
 
 
 def lamp_parts(lamps: Sequence[Lamp], chance: Float64) -> list[LampPart]:

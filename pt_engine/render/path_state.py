@@ -23,7 +23,7 @@ Int32 = NDArray[np.int32]
 
 
 TINY = np.float32(1e-30)
-HISTORY = ("kind", "depth", "passed", "travelled")
+HISTORY = ("kind", "depth", "passed", "travelled", "place", "place_here")
 
 
 def mis(pdf: Float32, other: Float32) -> Float32:
@@ -56,8 +56,10 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         Distance since the last real bounce, through transparent surfaces.
     kind, depth, passed : (N,) int32
         `RayKind` bits; real bounces and transparent surfaces so far.
+    place, place_here : (N,) int32
+        `LightSample.place` of the last real bounce, and of the surface where the path is now.
 
-    Only scenes in which somebody asks (`Scene.tracks_history`) carry the last four lane by lane.
+    Only scenes in which somebody asks (`Scene.tracks_history`) carry these lane by lane.
     """
 
     beta: Float32
@@ -86,8 +88,8 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         if self._history is not None:
             return self._history[name]
         kind = RayKind.REFLECTION if self.bounces else RayKind.CAMERA
-        values = {"kind": np.int32(kind), "depth": np.int32(self.bounces), "passed": np.int32(0)}
-        return np.broadcast_to(values.get(name, np.float32(0)), self.size)
+        values = {"kind": np.int32(kind), "depth": np.int32(self.bounces), "travelled": np.float32(0)}
+        return np.broadcast_to(values.get(name, np.int32(0)), self.size)
 
     @property
     def kind(self) -> Int32:
@@ -104,6 +106,15 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     @property
     def travelled(self) -> Float32:
         return self._column("travelled")
+
+    @property
+    def place(self) -> Int32:
+        return self._column("place")
+
+    def chooses_light_at(self, place: Int32) -> None:
+        """Note where the first lanes, those that sample an emitter, are."""
+        if self._history is not None:
+            self._history["place_here"][: len(place)] = place
 
     def take(self, index: NDArray[np.intp]) -> PathState:
         """The paths at `index`, in that order. The density is not carried: it was for this hit."""
@@ -139,6 +150,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
             self._history["kind"] = KIND_OF_LOBE.take(to.lobe)
             self._history["depth"] = self._history["depth"] + 1
             self._history["travelled"] = np.zeros(self.size, np.float32)
+            self._history["place"] = self._history["place_here"].copy()
         return leave(si, to.wo)
 
     def go_on(self, scene: Scene, si: Surface, to: Scattered, max_depth: int) -> Rays:
@@ -156,7 +168,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         rays = self.scatter(si, to)
         self.pdf[passing], self.kind[passing] = before.pdf, before.kind
         self.depth[passing], self.passed[passing] = before.depth, before.passed + 1
-        self.travelled[passing] = travelled
+        self.travelled[passing], self.place[passing] = travelled, before.place
         if scene.has_portals:  # no emitter sample reaches through them
             away = np.flatnonzero(to.lobe & Lobe.PORTAL)
             self.pdf[away], self.travelled[away] = np.inf, 0

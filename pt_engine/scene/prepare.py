@@ -11,6 +11,7 @@ from ..cameras import make_camera
 from ..core.raykind import RayKind
 from ..emitters.environment import ConstantEnvironment, Environment, EnvironmentMap, texel_directions
 from ..emitters.lights import Lights
+from ..emitters.many import Surfaces
 from ..emitters.triangle import TriangleEmitters
 from ..nodes.compile import Materials, compile_materials
 from ..nodes.coverage import IGNORED, Coverage
@@ -60,6 +61,7 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
         triangles,
         environment(world),
         geometry.radius,
+        Surfaces(geometry.vertices, geometry.triangles, not any(b.transmits for b in materials.batches), Accel),
     )
     geometry.release()
     layers = shading_layers(snapshot, geometry, materials)

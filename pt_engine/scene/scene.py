@@ -186,7 +186,7 @@ class Scene:
         needs = self.world.needs.union(*(batch.needs for batch in self.used_batches))
         reads_path = bool(needs & {"ray_kind", "depth", "transparent_depth"})
         # without these, nobody asks what became of a path before
-        self.tracks_history = self.transparent_surfaces or reads_path
+        self.tracks_history = self.transparent_surfaces or reads_path or self.lights.by_place
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
@@ -222,7 +222,7 @@ class Scene:
             if len(escaped):
                 d = rays.d.take(escaped, axis=1)
                 sky = self.world.emission(SkyLanes(d, path.kind.take(escaped)))
-                yield Found(escaped, sky, self.lights.environment_pdf(d))
+                yield Found(escaped, sky, self.lights.environment_pdf(d, self._place(path, escaped)))
         if self.lights.description.meets_lamps or self.lights.description.camera_meets_lamps:
             yield from self._lamp_emission(rays, found, path)
         if self.holds_out:  # after the lamps before a holdout, ahead of what it covers
@@ -241,9 +241,13 @@ class Scene:
         others: NDArray[np.intp] = escaped[~seen]
         return others
 
+    def _place(self, path: PathState, lanes: NDArray[np.intp]) -> Int32 | None:
+        """Where emitters were chosen for at the last bounce; None where the choice is one for all."""
+        return path.place.take(lanes) if self.lights.by_place else None
+
     def _surface_emission(self, lit: NDArray[np.intp], hit: Surface, path: PathState) -> Found:
         distance = hit.t + path.travelled.take(lit) if self.transparent_surfaces else hit.t
-        pdf = self.lights.pdf_triangle(hit.emitter, distance, np.abs(hit.facing))
+        pdf = self.lights.pdf_triangle(hit.emitter, distance, np.abs(hit.facing), self._place(path, lit))
         return Found(lit, self._radiance(hit, path, lit), pdf)
 
     def _radiance(self, hit: Surface, path: PathState, lanes: NDArray[np.intp]) -> Float32:
@@ -282,12 +286,13 @@ class Scene:
         seen = (path.kind & RayKind.CAMERA) != 0
         if not self.transparent_surfaces:
             camera: bool | NDArray[np.bool_] = bool(seen[:1].any())  # all lanes are of one generation
-            yield from starmap(Found, self.lights.intersect(rays.o, rays.d, t, camera))
+            place = path.place if self.lights.by_place else None
+            yield from starmap(Found, self.lights.intersect(rays.o, rays.d, t, camera, place))
             return
         # densities count from the last real bounce, but only what lies beyond the surfaces passed is new
         back = path.travelled
-        for lanes, radiance, pdf in self.lights.intersect(rays.o - back * rays.d, rays.d, t + back, seen):
-            yield Found(lanes, radiance, pdf)
+        o = rays.o - back * rays.d
+        yield from starmap(Found, self.lights.intersect(o, rays.d, t + back, seen, path.place))
 
     def shading_normal(self, rays: Rays, found: Intersection) -> Float32:
         """(3, N) unit shading normals on the viewer's side; 0 where a ray has missed."""
@@ -320,6 +325,8 @@ class Scene:
     def sample_emitter(self, si: Surface, u: Uniforms, path: PathState) -> LightSample:
         """One emitter and a point on it per lane; the weight is Le/pdf."""
         light = self.lights.sample(si.p, si.ng, u)
+        if light.place is not None:
+            path.chooses_light_at(light.place)
         if len(light.varying):
             light.weight[:, light.varying] *= self._radiance_at(light, si, path)
         return light
