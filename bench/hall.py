@@ -1,4 +1,4 @@
-"""A hall with many lights, as a snapshot: 40 × 40 m with pillars, all light equal in sum whatever the count."""
+"""A hall with many lights, as a snapshot: 40 × 40 m with pillars, the same watts whatever the count."""
 
 from __future__ import annotations
 
@@ -44,7 +44,13 @@ def hall(kind: str, count: int) -> Snapshot:
         radius = half if kind == "spheres" else 0.0
         lamps = tuple(lamp(p, float(w), radius) for p, w in zip(place, watts, strict=True))
     return Snapshot(
-        tuple(meshes), placed(len(meshes)), tuple(materials), (), lamps, None, camera((-17, -18, 1.4), (-15, -14, -3))
+        tuple(meshes),
+        placed(len(meshes)),
+        tuple(materials),
+        (),
+        lamps,
+        None,
+        camera((-17, -18, 1.4), (-15, -14, -3)),
     )
 
 
@@ -60,19 +66,25 @@ def quads(centre: np.ndarray, half: float, rng: np.random.Generator) -> np.ndarr
     x /= np.sqrt((x**2).sum(axis=1, keepdims=True))
     y = np.cross(x, y)
     y /= np.sqrt((y**2).sum(axis=1, keepdims=True))
-    return np.stack([centre + half * (a * x + b * y) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))], axis=1)
+    return np.stack(
+        [centre + half * (a * x + b * y) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))], axis=1
+    )
 
 
 def mesh(name: str, faces: np.ndarray) -> MeshData:
     """A mesh of quads (K, 4, 3)."""
     first = 4 * np.arange(len(faces))[:, None]
     triangles = np.stack([first + (0, 1, 2), first + (0, 2, 3)], axis=1).reshape(-1, 3).astype(np.int32)
-    return MeshData(name, faces.reshape(-1, 3).astype(np.float32), triangles, np.zeros(len(triangles), np.int32))
+    return MeshData(
+        name, faces.reshape(-1, 3).astype(np.float32), triangles, np.zeros(len(triangles), np.int32)
+    )
 
 
 def graph(kind: str, colour: tuple[float, float, float], output: str, **inputs: float) -> Graph:
     """A material of one node."""
-    return Graph(kind, (Node(kind, kind, {"Color": (*colour, 1.0), **inputs}, {}),), {"Surface": Link(0, output)})
+    return Graph(
+        kind, (Node(kind, kind, {"Color": (*colour, 1.0), **inputs}, {}),), {"Surface": Link(0, output)}
+    )
 
 
 def lamp(place: np.ndarray, watts: float, radius: float) -> LightData:

@@ -1,9 +1,9 @@
 """Choosing among many lights: error per sample and time per sample, by place and by power alone.
 
-A hall of 40 × 40 m with pillars, lit by 10, 1,000 or 10,000 lamps without size, lamps that are small spheres,
-or emissive quads; each count sends the same power in all, half of it from a tenth of the lamps. One bounce with
-MIS. The error is relative to each pixel's mean: √(mean of variance / (mean² + 10⁻⁴ of the image's)), for one sample.
-Time is thread CPU time, the best of some passes.
+A hall of 40 × 40 m with pillars, lit by 10, 1,000 or 10,000 lamps without size, small spheres, or emissive
+quads; a tenth of them give half of the light. One bounce with MIS. The error is that of one sample, relative
+to its pixel: the root of the mean of variance / (mean² + 10⁻⁴ · the image's mean²). Time is CPU time of a
+render on one thread, the best of some.
 """
 
 from __future__ import annotations

@@ -133,7 +133,7 @@ class AliasTables:
     def sample(
         self, first: NDArray[np.int64], n: NDArray[np.int64] | int, u: Float32
     ) -> tuple[NDArray[np.int64], Float32]:
-        """Entry (N,), counted from `first` (N,), of the table of `n` entries that begins there; what is left of u."""
+        """Entry (N,) of the table of `n` entries that begins at `first` (N,), and what is left of u."""
         rest = u * np.asarray(n, np.float64)
         bucket = np.minimum(rest.astype(np.int64), np.subtract(n, 1))
         rest -= bucket
@@ -152,7 +152,7 @@ def _normalised(weights: Float64) -> Float64:
     weights = weights.copy()
     total = weights.sum(axis=1)
     weights[total == 0.0, 0] = 1.0
-    return weights * (weights.shape[1] / np.where(total == 0.0, 1.0, total))[:, None]
+    return np.asarray(weights * (weights.shape[1] / np.where(total == 0.0, 1.0, total))[:, None])
 
 
 def _checked(weights: NDArray[Any], ndim: int) -> Float64:

@@ -1,4 +1,4 @@
-"""Many lamps with a size, met by rays: candidates from boxes (met.py), then each sort's exact test at once."""
+"""Many lamps with a size, met by rays: candidates from boxes (met.py), then each sort's exact test."""
 
 from __future__ import annotations
 
@@ -48,7 +48,9 @@ class Crowd:
         self._numbers = np.concatenate([start + np.arange(part.count) for part, start in self._parts])
         self.boxes = Boxes(low[self._numbers], high[self._numbers], size, accel)
         self._met_by = {
-            of_camera: np.concatenate([np.isin(np.arange(p.count), p.rows(of_camera)) for p, _ in self._parts])
+            of_camera: np.concatenate(
+                [np.isin(np.arange(p.count), p.rows(of_camera)) for p, _ in self._parts]
+            )
             for of_camera in (False, True)
         }
 
@@ -65,7 +67,7 @@ class Crowd:
         radiance = np.concatenate([met.hits.radiance for met in found], axis=1).take(order, axis=1)
         pdf = np.concatenate([met.hits.pdf for met in found]).take(order)
         rank = np.arange(len(lane)) - np.searchsorted(lane, lane)
-        for k in range(int(rank.max(initial=-1)) + 1):
+        for k in range(int(np.max(rank)) + 1 if len(rank) else 0):
             nth = np.flatnonzero(rank == k)
             hits = Hits(lane.take(nth), radiance.take(nth, axis=1), pdf.take(nth))
             yield Met(number.take(nth), hits)

@@ -1,7 +1,7 @@
 """Which emitter to sample where: for each place an alias table over a cut through the light tree.
 
-Far groups of emitters are one entry of a place's table, near ones are split until each is seen under a small
-angle (a cut, as in Walter et al. 2005, "Lightcuts"). An entry's chance follows what its group would send there,
+Far groups of emitters are one entry of a place's table, near ones are split until each looks small (a cut, as
+in Walter et al. 2005, "Lightcuts"). An entry's chance follows what its group would send there,
 
     I · cos(emission) · cos(reception) / d²          by the bounds of Conty Estevez and Kulla 2018
 
@@ -120,7 +120,7 @@ class LocalChoice:
         trial = np.unique(np.linspace(0, count - 1, min(TRIAL, count)).astype(np.intp))
         for angle in ANGLES:
             owner, _ = self._cut(_some(receivers, trial), float(angle))
-            if np.bincount(owner).max() < LONGEST // 2:
+            if int(np.max(np.bincount(owner))) < LONGEST // 2:
                 break
         rows, groups, weights = [], [], []
         for begin in range(0, count, CHUNK):
@@ -144,15 +144,15 @@ class LocalChoice:
         row, group, received, begin = row[order], group[order], received[order], begin[order]
         count = self._places.count
         entries = np.bincount(row, minlength=count)
-        self.length = int(entries.max()) + 1
+        self.length = int(np.max(entries)) + 1
         column = np.arange(len(row)) - np.repeat(np.cumsum(entries) - entries, entries) + 1
         shape = (count, self.length)
-        self._begin = np.full(shape, 1 << self._tree.levels, np.int32)
+        begins = np.full(shape, 1 << self._tree.levels, np.int32)
         groups = np.zeros(shape, np.int32)
         chance, by_power = np.zeros(shape), np.zeros(shape)
-        self._begin[row, column], groups[row, column], chance[row, column] = begin, group, received
+        begins[row, column], groups[row, column], chance[row, column] = begin, group, received
         by_power[row, column] = self._tree.weight[group] / self._tree.weight[1] * (1.0 - self._far_chance)
-        self._begin[:, 0] = -1
+        begins[:, 0] = -1
         by_power[:, 0] = self._far_chance
         chance[1:, 0] = self._far_irradiance
         total = chance.sum(axis=1, keepdims=True)
@@ -164,7 +164,7 @@ class LocalChoice:
         # an emitter's probability is its entry's over the group's weight, times its own
         scale = np.where(groups > 0, self._group_weight[groups], 1.0)
         self._share = (chance / scale).astype(np.float32).ravel()
-        self._group, self._begin = groups.ravel(), self._begin.ravel()
+        self._group, self._begin = groups.ravel(), begins.ravel()
         self._weight32 = self._tree.weight.astype(np.float32)
 
     def _cut(self, places: Receivers, angle: float) -> tuple[Index, Index]:
@@ -177,7 +177,9 @@ class LocalChoice:
         for level in range(top, last + 1):
             shines = np.flatnonzero(self._tree.weight[group] > 0.0)
             owner, group = owner[shines], group[shines]
-            split = self._wide(places, owner, group, angle) if level < last else np.zeros(len(owner), np.bool_)
+            split = (
+                self._wide(places, owner, group, angle) if level < last else np.zeros(len(owner), np.bool_)
+            )
             owners.append(owner[~split])
             groups.append(group[~split])
             owner = np.repeat(owner[split], 2)
@@ -200,7 +202,8 @@ class LocalChoice:
         to = 0.5 * (emitters.low + emitters.high - low - high)
         squared = (to**2).sum(axis=1)
         radii = 0.5 * (
-            np.sqrt(((high - low) ** 2).sum(axis=1)) + np.sqrt(((emitters.high - emitters.low) ** 2).sum(axis=1))
+            np.sqrt(((high - low) ** 2).sum(axis=1))
+            + np.sqrt(((emitters.high - emitters.low) ** 2).sum(axis=1))
         )
         distance = np.sqrt(np.maximum(squared, 1e-24))
         blur = np.arctan2(radii, distance)
@@ -214,6 +217,11 @@ class LocalChoice:
             off = np.maximum(np.arccos(np.clip(cos, -1.0, 1.0)) - places.lean[owner] - blur, 0.0)
             value *= np.maximum(np.cos(off), 0.0)
         return np.asarray(value)
+
+
+def radius(low: Float64, high: Float64) -> Float64:
+    """(K,) half the diagonals of boxes."""
+    return np.asarray(0.5 * np.sqrt(((high - low) ** 2).sum(axis=1)))
 
 
 def _some(places: Receivers, rows: Index) -> Receivers:

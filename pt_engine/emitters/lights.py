@@ -17,9 +17,9 @@ from ..core.uniforms import Uniforms
 from ..scene.snapshot import LightData
 from . import select
 from .base import FAR, NO_BARYCENTRIC, NO_LANES, Draw, Float32, Float64, Hits, Index, Lamp
+from .cuts import LocalChoice
 from .environment import Environment
 from .faces import Faces
-from .cuts import LocalChoice
 from .many import Surfaces, crowd, local_choice
 from .parts import EnvironmentPart, Part, lamp_parts, traits
 from .triangle import TriangleEmitters
@@ -145,7 +145,7 @@ class Lights:
         self._prepare_choice()
         self._local = local_choice(shining, faces, self.power, self.chance, radius, surfaces)
         self.by_place = self._local is not None
-        self._crowd = crowd(shining, self._lamps, self._first[: len(self._lamps)], radius, surfaces)
+        self._crowd = crowd(shining, self._lamps, self._first.tolist(), radius, surfaces)
         self.description = self._describe(shining)
 
     def _prepare_choice(self) -> None:

@@ -1,4 +1,4 @@
-"""When emitters are many, where light is asked for decides which one is sampled (cuts.py); few go by power."""
+"""Of many emitters the sampled one is chosen by where light is asked for (cuts.py); of few by power."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from .base import Float32, Float64, Lamp
 from .crowd import CROWD, Crowd
 from .cuts import LocalChoice
 from .faces import Faces
-from .outline import joined, of_lamps
 from .met import Accelerate
+from .outline import joined, of_lamps
 from .parts import LampPart
 from .places import Int32, Places
 
@@ -22,14 +22,18 @@ LIKELY = 192  # entries of a place's table, usually
 
 
 def crowd(
-    lamps: Sequence[Lamp], parts: Sequence[LampPart], first: Sequence[int], size: float, surfaces: Surfaces | None
+    lamps: Sequence[Lamp],
+    parts: Sequence[LampPart],
+    first: Sequence[int],
+    size: float,
+    surfaces: Surfaces | None,
 ) -> Crowd | None:
     """The lamps that rays find through boxes; None where they are few, or overlap in crowds."""
     some = [k for k, part in enumerate(parts) if part.sized and not part.distant]
     if surfaces is None or sum(parts[k].count for k in some) < CROWD:
         return None
     outlines = of_lamps(lamps, np.zeros(len(lamps)))
-    chosen = [parts[k] for k in some], [int(first[k]) for k in some]
+    chosen = [parts[k] for k in some], [first[k] for k in some]
     found = Crowd(*chosen, outlines.low, outlines.high, size, surfaces.accel)
     return None if found.boxes.crowded else found
 
@@ -61,7 +65,7 @@ def local_choice(
     scene_radius: float,
     surfaces: Surfaces | None,
 ) -> LocalChoice | None:
-    """The choice by place among emitters numbered lamps, faces, world; None where power is all that matters."""
+    """The choice by place; None where power is all that matters. Numbers: lamps, faces, the world."""
     of_faces = len(faces.power) if faces is not None else 0
     near = np.array([k for k, lamp in enumerate(lamps) if lamp.data.kind != "SUN"], np.intp)
     numbers = np.concatenate([near, len(lamps) + np.arange(of_faces)])

@@ -1,8 +1,8 @@
-"""Which of many lamps rays meet: boxes around them in an acceleration structure of their own, exact tests after.
+"""Which of many lamps rays may meet: boxes around them in an acceleration structure of their own.
 
-A ray gathers all lamps on its way, so it is sent on from each face of a box that it has met. Boxes whose faces
-lie closer than that step touch or overlap; so a box that is met stands for all that it touches, and none is
-missed. Lamps that overlap in great numbers are not for this: each ray has to meet them all.
+A ray gathers all lamps on its way, so it is sent on from each face of a box that it has met. Boxes whose
+faces lie closer than that step touch or overlap; so a box that is met stands for all that it touches, and
+none is missed. Lamps that overlap in great numbers are not for this: each ray has to meet them all.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class Boxes:
         counts = self._first[lamps + 1] - self._first[lamps]
         which = np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
         others = self._touching[np.repeat(self._first[lamps], counts) + which]
-        return np.repeat(lanes, counts) * (len(self._first) - 1) + others
+        return np.asarray(np.repeat(lanes, counts) * (len(self._first) - 1) + others)
 
 
 def touching(low: Float64, high: Float64) -> tuple[NDArray[np.int64] | None, NDArray[np.int64]]:
@@ -99,13 +99,13 @@ def touching(low: Float64, high: Float64) -> tuple[NDArray[np.int64] | None, NDA
     The list is None where it would be too long.
     """
     count = len(low)
-    axis = int(np.ptp(low, axis=0).argmax())
+    axis = int(np.argmax(np.ptp(low, axis=0)))
     order = np.argsort(low[:, axis], kind="stable")
     low, high = low[order], high[order]
     ends = np.searchsorted(low[:, axis], high[:, axis], side="right")  # later ones that begin before it ends
     pairs = [np.stack([np.arange(count)] * 2)]
     total = 0
-    step = max(1, (1 << 22) // max(int((ends - np.arange(count)).max()), 1))
+    step = max(1, (1 << 22) // max(int(np.max(ends - np.arange(count))), 1))
     for begin in range(0, count, step):
         a = np.arange(begin, min(begin + step, count))
         later = ends[a] - a - 1

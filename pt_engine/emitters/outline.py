@@ -1,4 +1,4 @@
-"""What a light tree has to know of every emitter near by: where it is, how bright, and to which side it shines.
+"""What a light tree has to know of every emitter: where it is, how bright, and to which side it shines.
 
 After Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting": a box,
 a cone that holds the emitter's axes (half angle θo), and how far from them it still shines (θe). Here
@@ -51,7 +51,7 @@ class Outlines(NamedTuple):
 
     def take(self, rows: NDArray[np.integer]) -> Self:
         """Those at `rows`."""
-        return self._make(column[rows] for column in self)
+        return type(self)(*(column[rows] for column in self))
 
 
 def of_lamps(lamps: Sequence[Lamp], power: Float64) -> Outlines:
@@ -67,7 +67,9 @@ def of_lamps(lamps: Sequence[Lamp], power: Float64) -> Outlines:
     narrow = is_area & (alpha < 0.5 * PI)
     tan = np.tan(np.where(narrow, alpha, 1.0))
     intensity = intensity * np.where(narrow, tan / (tan - np.where(narrow, alpha, 1.0)), 1.0)
-    return Outlines(centre - half, centre + half, intensity, axis, spread, reach, np.zeros(len(lamps), np.bool_))
+    return Outlines(
+        centre - half, centre + half, intensity, axis, spread, reach, np.zeros(len(lamps), np.bool_)
+    )
 
 
 def half_extent(lamp: Lamp) -> Float64:

@@ -1,7 +1,7 @@
 """Where light is asked for: the cells of a grid that surfaces pass through, apart for each side they face.
 
-A place is a cell and one of six sides, the axis and sign that a normal is nearest to. Places without a surface
-have no number of their own; who asks there anyway gets place 0, everywhere.
+A place is a cell and one of six sides, the axis and sign that a normal is nearest to. Places without a
+surface have no number of their own; who asks there anyway gets place 0, everywhere.
 """
 
 from __future__ import annotations
@@ -42,9 +42,10 @@ class Places:
     """
 
     def __init__(self, vertices: Float32, triangles: Int32, limit: int, sided: bool = True) -> None:
-        used = vertices[np.unique(triangles)].astype(np.float64)
-        low, high = used.min(axis=0), used.max(axis=0)
-        longest = max(float((high - low).max()), 1e-6)
+        used = np.zeros(len(vertices), np.bool_)
+        used[triangles] = True
+        low, high = (f(vertices[used], axis=0).astype(np.float64) for f in (np.min, np.max))
+        longest = max(float(np.max(high - low)), 1e-6)
         self.sided = sided
         cells = float(FINEST)
         while True:
@@ -134,10 +135,14 @@ class Places:
             before = int(ends[begin - 1]) if begin else 0
             end = max(int(np.searchsorted(ends, before + CHUNK)), begin + 1)
             owner = np.repeat(np.arange(begin, end), cells[begin:end])
-            k = np.arange(len(owner)) - np.repeat(ends[begin:end] - cells[begin:end] - before, cells[begin:end])
+            k = np.arange(len(owner)) - np.repeat(
+                ends[begin:end] - cells[begin:end] - before, cells[begin:end]
+            )
             begin = end
             size = counts[owner]
-            offset = np.stack([k // (size[:, 1] * size[:, 2]), k // size[:, 2] % size[:, 1], k % size[:, 2]], 1)
+            offset = np.stack(
+                [k // (size[:, 1] * size[:, 2]), k // size[:, 2] % size[:, 1], k % size[:, 2]], 1
+            )
             cell = first[owner] + offset
             n = normal[owner]
             plane = ((cell + 0.5 - corners[owner, 0]) * n).sum(axis=1)

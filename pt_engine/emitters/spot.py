@@ -67,7 +67,9 @@ class DiskSpots(DiskLamps):
     def hits(self, row: int | Index, o: Float32, d: Float32, t: Float32) -> Hits:
         """As the point lamp, dimmed."""
         hits = super().hits(row, o, d, t)
-        return hits._replace(radiance=hits.radiance * self._beam(rows_met(row, hits.lanes), d.take(hits.lanes, axis=1)))
+        return hits._replace(
+            radiance=hits.radiance * self._beam(rows_met(row, hits.lanes), d.take(hits.lanes, axis=1))
+        )
 
 
 def widest(lamp: Lamp) -> float:
@@ -117,7 +119,7 @@ class SphereSpots(SphereLamps):
         beam = np.maximum(self._beam(rows_met(row, lanes), d), cone.inside)
         widest = of_met(self._widest, row, lanes)
         by_sphere = cone.one_minus_cos <= widest + 2.0 * cone.inside
-        solid: Float32 = TWO_PI * np.minimum(cone.one_minus_cos, widest + 2.0 * cone.inside)
+        solid: Float32 = np.float32(TWO_PI) * np.minimum(cone.one_minus_cos, widest + 2.0 * cone.inside)
         drawn = by_sphere | (1.0 - dot(d, of_met(self._toward, row, lanes)) <= widest)
         radiance = of_met(self._strength, row, lanes) * beam
         return Hits(lanes, radiance, of_met(self._chance, row, lanes) / solid * drawn)

@@ -1,8 +1,8 @@
 """A light tree: emitters halved by position until each is alone, every group with its outline.
 
-The tree is complete: 2ᴸ leaves, those that no emitter needs stay dark. So it needs no pointers. Group h has the
-halves 2h and 2h + 1, the root is 1, and leaves under a group are consecutive. Inside of any group an emitter is
-drawn in proportion to its intensity, by an alias table of the group's own (L tables of 2ᴸ entries in all).
+The tree is complete: 2ᴸ leaves, those that no emitter needs stay dark. So it needs no pointers: group h has
+the halves 2h and 2h + 1, the root is 1, and leaves under a group are consecutive. Inside of any group an
+emitter is drawn in proportion to its intensity, by an alias table of the group's own (8·L·2ᴸ bytes in all).
 """
 
 from __future__ import annotations
@@ -65,7 +65,8 @@ class LightTree:
     def first_leaf(self, group: NDArray[np.integer]) -> NDArray[np.int64]:
         """Where the leaves under each group begin."""
         level = np.frexp(np.maximum(group, 1))[1].astype(np.int64) - 1
-        return (group << (self.levels - level)) - (1 << self.levels)
+        leaves = np.left_shift(np.int64(1), self.levels - level)
+        return np.asarray(group * leaves - (1 << self.levels), np.int64)
 
     def draw(self, group: NDArray[np.int32], u: Float32) -> NDArray[np.int32]:
         """(N,) a leaf from each group, by the uniform numbers `u`."""

@@ -61,7 +61,7 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
         triangles,
         environment(world),
         geometry.radius,
-        Surfaces(geometry.vertices, geometry.triangles, not any(b.transmits for b in materials.batches), Accel),
+        surfaces=to_light(geometry, materials),
     )
     geometry.release()
     layers = shading_layers(snapshot, geometry, materials)
@@ -98,6 +98,12 @@ def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32,
         error=geometry.records[prim, BOUND].copy(),
     )
     return prim.astype(np.int32), emitters
+
+
+def to_light(geometry: Geometry, materials: Materials) -> Surfaces:
+    """What the choice among many emitters depends on."""
+    opaque = not any(batch.transmits for batch in materials.batches)
+    return Surfaces(geometry.vertices, geometry.triangles, opaque, Accel)
 
 
 def environment(world: WorldProgram) -> Environment | None:
