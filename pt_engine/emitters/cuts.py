@@ -55,7 +55,7 @@ class LocalChoice:
         chance: Float64,
         far_irradiance: Float64,
     ) -> None:
-        self._places, self._tree = places, LightTree(near)
+        self._places, self._tree = places, LightTree(near, chance[near_numbers])
         self._far_chance = float(chance[far_numbers].sum())
         self._far_irradiance = float(far_irradiance.sum())
         within = far_irradiance / self._far_irradiance if len(far_numbers) else far_irradiance
@@ -151,7 +151,7 @@ class LocalChoice:
         groups = np.zeros(shape, np.int32)
         chance, by_power = np.zeros(shape), np.zeros(shape)
         begins[row, column], groups[row, column], chance[row, column] = begin, group, received
-        by_power[row, column] = self._tree.weight[group] / self._tree.weight[1] * (1.0 - self._far_chance)
+        by_power[row, column] = self._tree.weight[group] * (1.0 - self._far_chance)
         begins[:, 0] = -1
         by_power[:, 0] = self._far_chance
         chance[1:, 0] = self._far_irradiance

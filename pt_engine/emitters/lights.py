@@ -143,8 +143,7 @@ class Lights:
             self._environment = EnvironmentPart(environment, float(self.chance[-1]))
             self._parts.append(self._environment)
         self._prepare_choice()
-        self._local = local_choice(shining, faces, self.power, self.chance, radius, surfaces)
-        self.by_place = self._local is not None
+        self.by_place = local_choice(shining, faces, self.power, self.chance, radius, surfaces)
         self._crowd = crowd(shining, self._lamps, self._first.tolist(), radius, surfaces)
         self.description = self._describe(shining)
 
@@ -191,8 +190,8 @@ class Lights:
         if self._alias is None:
             part = self._parts[0]
             return _light_sample(part.sample(None, p, u[1], u[2]), part.delta, 0)
-        if self._local is not None:
-            return self._sample_by_place(self._local, p, n, u)
+        if self.by_place is not None:
+            return self._sample_by_place(self.by_place, p, n, u)
         chosen = self._alias.sample(u[0])[0]
         return self._sample_chosen(chosen, p, u)
 
@@ -255,8 +254,8 @@ class Lights:
         if self._faces is None:
             return np.zeros(t.shape, np.float32)
         pdf = self._faces.pdf(triangle, t, cos_light)
-        if self._local is not None and place is not None:
-            pdf *= self._local.ratio(place, self.lamps + self._faces.number(triangle))
+        if self.by_place is not None and place is not None:
+            pdf *= self.by_place.ratio(place, self.lamps + self._faces.number(triangle))
         return pdf
 
     def environment_pdf(self, d: Float32, place: Places = None) -> Float32:
@@ -264,8 +263,8 @@ class Lights:
         if self._environment is None:
             return np.zeros(d.shape[1], np.float32)
         pdf = self._environment.pdf(d)
-        if self._local is not None and place is not None:
-            pdf = pdf * self._local.ratio(place, np.full(len(place), len(self.power) - 1))
+        if self.by_place is not None and place is not None:
+            pdf = pdf * self.by_place.ratio(place, np.full(len(place), len(self.power) - 1))
         return pdf
 
     def intersect(
@@ -320,9 +319,9 @@ class Lights:
 
     def _here(self, hits: Hits, number: int | Index, place: Places) -> Hits:
         """The same with the density of a choice by place."""
-        if self._local is None or place is None or not hits.lanes.size:
+        if self.by_place is None or place is None or not hits.lanes.size:
             return hits
-        ratio = self._local.ratio(place.take(hits.lanes), np.broadcast_to(number, hits.lanes.shape))
+        ratio = self.by_place.ratio(place.take(hits.lanes), np.broadcast_to(number, hits.lanes.shape))
         return hits._replace(pdf=hits.pdf * ratio)
 
 

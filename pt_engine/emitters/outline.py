@@ -19,7 +19,7 @@ from . import area
 from .base import Float64, Lamp
 
 PI = float(np.pi)
-NARROW = 0.05  # rad; the half spread of beams
+NARROW = 0.3  # rad; a narrower half spread does not make a lamp any brighter here
 
 
 class Outlines(NamedTuple):

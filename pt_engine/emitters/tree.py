@@ -2,7 +2,7 @@
 
 The tree is complete: 2ᴸ leaves, those that no emitter needs stay dark. So it needs no pointers: group h has
 the halves 2h and 2h + 1, the root is 1, and leaves under a group are consecutive. Inside of any group an
-emitter is drawn in proportion to its intensity, by an alias table of the group's own (8·L·2ᴸ bytes in all).
+emitter is drawn by its intensity above all, from an alias table of the group's own (8·L·2ᴸ bytes in all).
 """
 
 from __future__ import annotations
@@ -13,11 +13,18 @@ from numpy.typing import NDArray
 from ..core.distributions import AliasTables
 from .base import Float32, Float64, Index
 from .outline import Outlines, merged
-from .select import EVEN_SHARE
+
+BY_POWER = 0.2
 
 
 class LightTree:
     """Over M emitters.
+
+    Parameters
+    ----------
+    emitters : Outlines
+    chance : (M,) float64
+        Of each emitter by power; a fifth of the draws inside of a group go by that.
 
     Attributes
     ----------
@@ -26,14 +33,14 @@ class LightTree:
     groups : Outlines
         By group number; number 0 is not used.
     weight : (2ᴸ⁺¹,) float64
-        Of each group: the intensities inside, a hundredth of them shared evenly among all emitters.
+        Of each group: what emitters inside are drawn by; 1 in all.
     leaf_of : (M,) intp
         Place of each emitter in the row of leaves.
     emitter_at : (2ᴸ,) int32
         The emitter in each place.
     """
 
-    def __init__(self, emitters: Outlines) -> None:
+    def __init__(self, emitters: Outlines, chance: Float64) -> None:
         count = len(emitters.intensity)
         self.levels = max(int(np.ceil(np.log2(count))), 0)
         leaves = 1 << self.levels
@@ -45,8 +52,9 @@ class LightTree:
         self.leaf_of[order[real]] = np.flatnonzero(real)
         row = emitters.take(self.emitter_at)
         row = row._replace(intensity=row.intensity * real)
-        total = float(row.intensity.sum())
-        weight = (1.0 - EVEN_SHARE) * row.intensity + EVEN_SHARE * total / count * (row.intensity > 0.0)
+        by_power = chance[self.emitter_at] * real
+        weight = (1.0 - BY_POWER) * row.intensity / float(row.intensity.sum())
+        weight += BY_POWER * by_power / float(by_power.sum())
         self.groups, self.weight = self._grouped(row, weight)
         self._tables = AliasTables([weight.reshape(1 << level, -1) for level in range(self.levels + 1)])
 
@@ -71,9 +79,9 @@ class LightTree:
     def draw(self, group: NDArray[np.int32], u: Float32) -> NDArray[np.int32]:
         """(N,) a leaf from each group, by the uniform numbers `u`."""
         level = np.frexp(group)[1] - 1
-        size = np.right_shift(np.int64(1) << self.levels, level)
-        first = group * size - (1 << self.levels)
-        drawn = self._tables.sample(level.astype(np.int64) * (1 << self.levels) + first, size, u)[0]
+        size = np.left_shift(np.int64(1), self.levels - level)
+        first = group * size - len(self.emitter_at)
+        drawn = self._tables.sample(level.astype(np.int64) * len(self.emitter_at) + first, size, u)[0]
         return np.asarray(first + drawn, np.int32)
 
 

@@ -186,7 +186,7 @@ class Scene:
         needs = self.world.needs.union(*(batch.needs for batch in self.used_batches))
         reads_path = bool(needs & {"ray_kind", "depth", "transparent_depth"})
         # without these, nobody asks what became of a path before
-        self.tracks_history = self.transparent_surfaces or reads_path or self.lights.by_place
+        self.tracks_history = self.transparent_surfaces or reads_path or self.lights.by_place is not None
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
@@ -243,7 +243,7 @@ class Scene:
 
     def _place(self, path: PathState, lanes: NDArray[np.intp]) -> Int32 | None:
         """Where emitters were chosen for at the last bounce; None where the choice is one for all."""
-        return path.place.take(lanes) if self.lights.by_place else None
+        return path.place.take(lanes) if self.lights.by_place is not None else None
 
     def _surface_emission(self, lit: NDArray[np.intp], hit: Surface, path: PathState) -> Found:
         distance = hit.t + path.travelled.take(lit) if self.transparent_surfaces else hit.t
@@ -286,7 +286,7 @@ class Scene:
         seen = (path.kind & RayKind.CAMERA) != 0
         if not self.transparent_surfaces:
             camera: bool | NDArray[np.bool_] = bool(seen[:1].any())  # all lanes are of one generation
-            place = path.place if self.lights.by_place else None
+            place = path.place if self.lights.by_place is not None else None
             yield from starmap(Found, self.lights.intersect(rays.o, rays.d, t, camera, place))
             return
         # densities count from the last real bounce, but only what lies beyond the surfaces passed is new
