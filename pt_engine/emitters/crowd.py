@@ -11,7 +11,7 @@ from .base import Float32, Float64, Hits, Index
 from .met import Accelerate, Boxes
 from .parts import LampPart
 
-CROWD = 32  # lamps with a size; fewer are tested one by one, for every ray
+CROWD = 16  # lamps with a size; fewer are tested one by one, for every ray
 
 
 class Met(NamedTuple):

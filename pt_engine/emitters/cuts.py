@@ -8,6 +8,10 @@ in Walter et al. 2005, "Lightcuts"). An entry's chance follows what its group wo
 and a share of all choices goes by power alone, so that nothing is ever out of reach. What lies at infinity is
 entry 0 of every table. All of it is made when the scene is prepared: a draw costs two look-ups however many
 emitters there are, and the probability of an emitter from a place is known without drawing.
+
+Why not otherwise: of 10,000 point lamps over a floor, unshadowed, one sample has the relative error 4.4 by power
+(16 ns a choice), 1.5 by the best of eight of these, resampled (270 ns, and no density for MIS), 1.2 by walking
+down the tree for each lane (820 ns), 0.5 by place (75 ns).
 """
 
 from __future__ import annotations
@@ -24,6 +28,8 @@ from .tree import LightTree
 Int32 = NDArray[np.int32]
 BY_POWER = 0.05  # share of the choices
 LONGEST = 320  # entries of a table
+OWN = 0.5  # of a place's radius counts as distance: what is in the place itself need not be split for ever
+LEAST = 0.05  # of a cell, likewise
 TOP = 5  # level of the tree where all cuts begin
 ANGLES = 0.25 * 1.3 ** np.arange(12)  # radius over distance from which a group is split
 CHUNK = 256  # places at once
@@ -125,7 +131,7 @@ class LocalChoice:
         rows, groups, weights = [], [], []
         for begin in range(0, count, CHUNK):
             some = _some(receivers, np.arange(begin, min(begin + CHUNK, count)))
-            owner, group = self._cut(some, float(angle))
+            owner, group = self._short_cut(some, float(angle))
             rows.append(owner + begin + 1)
             groups.append(group)
             weights.append(self._received(some, owner, group))
@@ -167,6 +173,16 @@ class LocalChoice:
         self._group, self._begin = groups.ravel(), begins.ravel()
         self._weight32 = self._tree.weight.astype(np.float32)
 
+    def _short_cut(self, places: Receivers, angle: float) -> tuple[Index, Index]:
+        """`_cut`, coarser where it is too long."""
+        owner, group = self._cut(places, angle)
+        long = np.flatnonzero(np.bincount(owner, minlength=len(places.lean)) > LONGEST)
+        if not long.size:
+            return owner, group
+        keep = np.flatnonzero(~np.isin(owner, long))
+        again, coarse = self._short_cut(_some(places, long), 1.3 * angle)
+        return np.concatenate([owner[keep], long[again]]), np.concatenate([group[keep], coarse])
+
     def _cut(self, places: Receivers, angle: float) -> tuple[Index, Index]:
         """Pairs of place (counted from 0) and group."""
         top, last = min(TOP, self._tree.levels), self._tree.levels
@@ -191,7 +207,7 @@ class LocalChoice:
         """Whether a group looks larger than `angle` from its place."""
         low, high = self._tree.groups.low[group], self._tree.groups.high[group]
         gap = np.maximum(np.maximum(low - places.high[owner], places.low[owner] - high), 0.0)
-        own = ((places.high - places.low) ** 2).sum(axis=1)[owner] * (0.25 * 0.25)
+        own = (OWN * radius(places.low, places.high))[owner] ** 2 + (LEAST * self._places.width) ** 2
         size = 0.25 * ((high - low) ** 2).sum(axis=1)
         return np.asarray(size > angle**2 * ((gap**2).sum(axis=1) + own))
 
