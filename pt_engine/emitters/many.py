@@ -17,7 +17,7 @@ from .parts import LampPart
 from .places import Int32, Places
 
 MANY = 8  # emitters that are somewhere; of fewer each gets a good share of the samples anyway
-ENTRIES = 3 << 20  # of all tables together, about: 48 MiB
+ENTRIES = 2 << 20  # of all tables of a grid together, about: 40 MiB
 LIKELY = 192  # entries of a place's table, usually
 
 
@@ -33,6 +33,8 @@ def crowd(
     if surfaces is None or sum(parts[k].count for k in some) < CROWD:
         return None
     outlines = of_lamps(lamps, np.zeros(len(lamps)))
+    if not np.isfinite([outlines.low, outlines.high]).all():
+        return None
     chosen = [parts[k] for k in some], [first[k] for k in some]
     found = Crowd(*chosen, outlines.low, outlines.high, size, surfaces.accel)
     return None if found.boxes.crowded else found
@@ -79,5 +81,8 @@ def local_choice(
     far = np.setdiff1d(np.arange(len(power)), [*near, *(len(lamps) + np.arange(of_faces))])
     irradiance = power[far] / (np.pi * scene_radius**2)
     irradiance[far >= len(lamps)] *= 0.25  # the world's power counts what comes from all around
-    places = Places(surfaces.vertices, surfaces.triangles, ENTRIES // LIKELY, surfaces.opaque)
+    if not all(np.isfinite(column).all() for column in outlines):
+        return None
+    bounds = outlines.low.min(axis=0), outlines.high.max(axis=0)
+    places = Places(surfaces.vertices, surfaces.triangles, ENTRIES // LIKELY, surfaces.opaque, bounds)
     return LocalChoice(places, outlines, numbers, far, chance, irradiance)

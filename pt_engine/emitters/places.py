@@ -1,7 +1,8 @@
 """Where light is asked for: the cells of a grid that surfaces pass through, apart for each side they face.
 
 A place is a cell and one of six sides, the axis and sign that a normal is nearest to. Places without a
-surface have no number of their own; who asks there anyway gets place 0, everywhere.
+surface have no number of their own; who asks there anyway gets place 0, everywhere. Where emitters fill but a
+small part of the scene, a finer grid lies over that part.
 """
 
 from __future__ import annotations
@@ -14,8 +15,11 @@ from numpy.typing import NDArray
 from .base import Float32, Float64
 
 Int32 = NDArray[np.int32]
+Bounds = tuple[Float64, Float64]
 FINEST, COARSEST = 48, 4  # cells along the longest side
 CHUNK = 1 << 20  # pairs of triangle and cell at once
+NEAR = 1e-3  # of the scene's size is always near an emitter
+SMALL = 0.5  # of the scene's size: a smaller part that has all emitters gets a grid of its own
 MARGIN = 1e-3  # of a cell, and of a cosine: rounding moves no point to a place that does not exist
 
 
@@ -36,15 +40,51 @@ class Places:
     vertices : (V, 3) float32
     triangles : (T, 3) int32
     limit : int
-        So many places at most; the grid is as fine as that allows.
+        So many places at most in a grid; it is as fine as that allows.
     sided : bool
         Whether it matters which side a surface faces; it does not where light passes through.
+    emitters : (low, high), each (3,) float64
+        Their box.
     """
 
-    def __init__(self, vertices: Float32, triangles: Int32, limit: int, sided: bool = True) -> None:
+    def __init__(
+        self, vertices: Float32, triangles: Int32, limit: int, sided: bool, emitters: Bounds
+    ) -> None:
         used = np.zeros(len(vertices), np.bool_)
         used[triangles] = True
         low, high = (f(vertices[used], axis=0).astype(np.float64) for f in (np.min, np.max))
+        self.sided = sided
+        self._grid = Grid(vertices, triangles, limit, sided, (low, high))
+        self.receivers, self.width, self._fine = self._grid.receivers, self._grid.width, None
+        near = overlap((low, high), emitters)
+        if float(np.max(near[1] - near[0])) < SMALL * float(np.max(high - low)):
+            self._fine = Grid(vertices, triangles, limit, sided, near)
+            both = zip(self._grid.receivers, self._fine.receivers, strict=True)
+            self.receivers, self.width = Receivers(*(np.concatenate(b) for b in both)), self._fine.width
+
+    @property
+    def count(self) -> int:
+        """Numbers given, 0 included."""
+        return len(self.receivers.lean) + 1
+
+    def number(self, p: Float32, n: Float32) -> Int32:
+        """(N,) of points p (3, N) on surfaces whose normals are n (3, N)."""
+        number = self._grid.number(p, n)
+        if self._fine is None:
+            return number
+        fine = self._fine.number(p, n)
+        found = fine > 0
+        number *= ~found
+        number += fine
+        number += np.int32(len(self._grid.receivers.lean)) * found
+        return number
+
+
+class Grid:
+    """Numbers of places within `bounds`; for the rest see `Places`."""
+
+    def __init__(self, vertices: Float32, triangles: Int32, limit: int, sided: bool, bounds: Bounds) -> None:
+        low, high = bounds
         longest = max(float(np.max(high - low)), 1e-6)
         self.sided = sided
         cells = float(FINEST)
@@ -72,11 +112,6 @@ class Places:
         twice = Receivers(*(np.repeat(column, 2, axis=0) for column in found))
         twice.normal[1::2] *= -1.0
         self.receivers = twice
-
-    @property
-    def count(self) -> int:
-        """Numbers given, 0 included."""
-        return len(self.receivers.lean) + 1
 
     def number(self, p: Float32, n: Float32) -> Int32:
         """(N,) of points p (3, N) on surfaces whose normals are n (3, N)."""
@@ -128,7 +163,8 @@ class Places:
         lowest, highest = corners.min(axis=1), corners.max(axis=1)
         first = np.clip(np.floor(lowest - MARGIN), 0, self.shape - 1).astype(np.int64)
         counts = np.clip(np.floor(highest + MARGIN), 0, self.shape - 1).astype(np.int64) - first + 1
-        cells = counts.prod(axis=1)
+        beyond = (highest < 0.0).any(axis=1) | (lowest > self.shape).any(axis=1)
+        cells = counts.prod(axis=1) * ~beyond
         ends = np.cumsum(cells)
         begin = 0
         while begin < len(cells):
@@ -170,3 +206,11 @@ class Places:
             np.add.at(normals, at, turned)
             np.minimum.at(low, at, self._low + self.width * box[0][lanes])
             np.maximum.at(high, at, self._low + self.width * box[1][lanes])
+
+
+def overlap(surfaces: Bounds, emitters: Bounds) -> Bounds:
+    """The part of the surfaces' bounds that is near emitters; all of it where nothing is."""
+    low, high = emitters
+    reach = 0.5 * float(np.sqrt(((high - low) ** 2).sum())) + NEAR * float(np.max(surfaces[1] - surfaces[0]))
+    low, high = np.maximum(surfaces[0], low - reach), np.minimum(surfaces[1], high + reach)
+    return (low, high) if (low <= high).all() else surfaces

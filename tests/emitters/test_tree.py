@@ -66,26 +66,29 @@ def test_tables_of_different_lengths_side_by_side():
         assert chi2_counts(np.histogram(rest, 20, (0, 1))[0], np.full(20, n / 20)) > 1e-4
 
 
+@pytest.mark.parametrize("part", [1.0, 0.05])
 @pytest.mark.parametrize("turn", [0.0, 0.3, np.pi / 4])
-def test_every_point_on_a_surface_is_in_a_place(turn):
-    """Both sides of a tilted square, its edges and corners, also at 45° where two axes are as near."""
+def test_every_point_on_a_surface_is_in_a_place(turn, part):
+    """Both sides of a tilted square, its edges and corners, also at 45° where two axes are as near.
+
+    `part` of it has all emitters: a finer grid lies there.
+    """
     vertices, faces = floor()
     c, s = np.cos(turn), np.sin(turn)
     vertices = (vertices @ np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])).astype(np.float32)
-    places = Places(vertices, faces, 4000)
-    rng = np.random.default_rng(3)
-    b = rng.random((2, 5000))
+    places = Places(vertices, faces, 4000, True, (part * vertices.min(axis=0), part * vertices.max(axis=0)))
+    b = np.random.default_rng(3).random((2, 5000))
     b[:, :50] = np.round(b[:, :50])
-    p = (
-        vertices[0]
-        + b[0][:, None] * (vertices[1] - vertices[0])
-        + b[1][:, None] * (vertices[3] - vertices[0])
-    )
-    normal = np.cross(vertices[1] - vertices[0], vertices[2] - vertices[0])
+    e1, e2 = vertices[1] - vertices[0], vertices[3] - vertices[0]
+    p = vertices[0] + b[0][:, None] * e1 + b[1][:, None] * e2
+    normal = np.cross(e1, e2)
     normal /= np.sqrt(normal @ normal)
     for side in (1.0, -1.0):
         n = np.repeat((side * normal)[:, None], len(p), axis=1).astype(np.float32)
         number = places.number(np.ascontiguousarray(p.T, np.float32), n)
         assert (number > 0).all()
-        found = places.receivers.normal[number - 1]
-        np.testing.assert_allclose(found, n.T, atol=1e-6)
+        np.testing.assert_allclose(places.receivers.normal[number - 1], n.T, atol=1e-6)
+        outside = np.maximum(places.receivers.low[number - 1] - p, p - places.receivers.high[number - 1])
+        assert outside.max() < 1e-5
+    size = (places.receivers.high - places.receivers.low).max(axis=1)
+    assert size.min() < 0.07 if part < 1 else size.max() > 0.1

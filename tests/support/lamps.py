@@ -99,10 +99,10 @@ def up(n):
     return points(n, (0.0, 0.0, 1.0))
 
 
-def floor():
+def floor(half=3.0):
     """Two triangles of a square at the origin: vertices, triangles."""
-    h = 3.0
-    vertices = np.array([(-h, -h, 0), (h, -h, 0), (h, h, 0), (-h, h, 0)], np.float32)
+    vertices = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], np.float32)
+    vertices *= half
     return vertices, np.array([(0, 1, 2), (0, 2, 3)], np.int32)
 
 
