@@ -11,6 +11,7 @@ from . import (  # noqa: F401  (their import is what registers the kinds)
     principled,
     ramps,
     shaders,
+    sky_nodes,
     vector_nodes,
     voronoi_nodes,
 )
