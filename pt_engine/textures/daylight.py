@@ -1,12 +1,12 @@
 """Preetham's daylight: the sky of a turbid day in closed form, without a sun.
 
-Preetham, Shirley and Smits, *A Practical Analytic Model for Daylight* (1999), appendix A.2. With γ the angle to
-the sun, θ that to the zenith, and Perez' function
+Preetham, Shirley and Smits, *A Practical Analytic Model for Daylight* (1999), appendix A.2. With γ the angle
+to the sun, θ that to the zenith, and Perez' function
 
     F(θ, γ) = (1 + A·exp(B / cosθ)) · (1 + C·exp(D·γ) + E·cos²γ)
 
-chromaticity and luminance are those of the zenith times F(θ, γ) / F(0, θ_sun). The luminance is scaled by 0.06,
-as in Blender.
+chromaticity and luminance are those of the zenith times F(θ, γ) / F(0, θ_sun). The luminance is scaled by
+0.06, as in Blender.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ ZENITH_Y: Final = np.array(
 LOWEST: Final = PI / 2 - F(0.001)  # angle to the zenith
 
 
-def perez(k: Float32, theta: Float32, gamma: Float32) -> Float32:
+def perez(k: Float32, theta: Float32 | np.float32, gamma: Float32 | np.float32) -> Float32:
     """F(θ, γ) for coefficients k = A, B, C, D, E."""
     cosine = np.cos(gamma)
     out: Float32 = (1 + k[0] * np.exp(k[1] / np.cos(theta))) * (
@@ -86,9 +86,7 @@ class Daylight:
         cosine = np.sin(theta) * np.sin(self.theta) * np.cos(turn) + np.cos(theta) * np.cos(self.theta)
         gamma = np.arccos(np.clip(cosine, F(-1), F(1)))
         theta = np.minimum(theta, LOWEST)
-        x, y, bright = (
-            z * perez(k, theta, gamma) for z, k in zip(self._zenith, self._perez, strict=True)
-        )
+        x, y, bright = (z * perez(k, theta, gamma) for z, k in zip(self._zenith, self._perez, strict=True))
         scale = bright / (y + (y == 0)) * (y != 0)
         return rec709(np.stack([x * scale, bright, (1 - x - y) * scale]))
 

@@ -99,6 +99,11 @@ class TextureStore:
             self._textures[key] = Texture(grid, interpolation, pixels.encoded, unassociate)
         return self._textures[key]
 
+    @property
+    def tallest(self) -> int:
+        """Height of the tallest image that was asked for, 0 if none was."""
+        return max((p.height for p in self._pixels.values() if isinstance(p, Pixels)), default=0)
+
     def _decoded(self, index: int) -> Pixels:
         if index not in self._pixels:
             try:

@@ -28,7 +28,11 @@ PI, TWO_PI = F(np.pi), F(2 * np.pi)
 MODELS: Final = {"SINGLE_SCATTERING": sky_single, "MULTIPLE_SCATTERING": sky_multiple}
 SMALLEST_SUN: Final = 0.0005  # diameter in radians
 XYZ_TO_REC709: Final = np.array(
-    [[3.2409699, -1.5373832, -0.4986108], [-0.9692436, 1.8759675, 0.0415551], [0.0556301, -0.2039770, 1.0569715]],
+    [
+        [3.2409699, -1.5373832, -0.4986108],
+        [-0.9692436, 1.8759675, 0.0415551],
+        [0.0556301, -0.2039770, 1.0569715],
+    ],
     np.float32,
 )
 
@@ -71,7 +75,9 @@ class Sky:
         self._intensity = F(s.sun_intensity)
         if self.half_angle:
             of_model = MODELS[s.model].sun_disc
-            self._bottom, self._top = of_model(float(self.elevation), float(self._diameter), s.altitude, s.air)
+            self._bottom, self._top = of_model(
+                float(self.elevation), float(self._diameter), s.altitude, s.air
+            )
         height = sky_multiple.EARTH + F(s.altitude) / F(1000)
         self._horizon = np.arcsin(min(sky_multiple.EARTH / height, F(1))) - F(np.pi / 2)
 

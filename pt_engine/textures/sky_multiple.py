@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
+Number = Float32 | np.float32
 F = np.float32
 
 WIDTH: Final = 512
@@ -97,23 +98,23 @@ def coefficients(altitude: Float32, air: Air) -> tuple[Float32, Float32, Float32
     return extinction, by_molecules, by_aerosols
 
 
-def sine(angle: Float32 | np.float32) -> Float32:
+def sine(angle: Number) -> Float32:
     """Correctly rounded, as C's sinf and unlike numpy's: near the horizon the last bit counts."""
     return np.sin(np.float64(angle)).astype(np.float32)  # type: ignore[no-any-return]
 
 
-def cosine_of(angle: Float32 | np.float32) -> Float32:
+def cosine_of(angle: Number) -> Float32:
     """Correctly rounded."""
     return np.cos(np.float64(angle)).astype(np.float32)  # type: ignore[no-any-return]
 
 
-def length(x: Float32, y: Float32, z: Float32) -> Float32:
+def length(x: Float32, y: Number, z: Float32) -> Float32:
     """Euclidean, in the order x, y, z."""
     out: Float32 = np.sqrt(x * x + y * y + z * z)
     return out
 
 
-def sphere_distance(height: Float32, up: Float32, radius: np.float32) -> Float32:
+def sphere_distance(height: Number, up: Float32, radius: np.float32) -> Float32:
     """From a point at `height` over the centre along a ray of vertical component `up` to a sphere; or −1."""
     b = height * up
     c = height * height - radius * radius
@@ -124,7 +125,7 @@ def sphere_distance(height: Float32, up: Float32, radius: np.float32) -> Float32
 
 
 def transmittance(cosine: Float32, altitude: Float32, air: Air) -> Float32:
-    """(4, n) from a height (0 ground, 1 top of the atmosphere) out along a ray of vertical component `cosine`."""
+    """(4, n) along rays of vertical component `cosine`, from an altitude (0 ground, 1 top) to space."""
     height = EARTH + altitude * (TOP - EARTH)
     side = -np.sqrt(1 - cosine * cosine)
     step = sphere_distance(height, cosine, TOP) / F(STEPS)
@@ -194,8 +195,8 @@ def between(a: Float32, b: Float32, part: Float32) -> Float32:
     return b
 
 
-def scattered_more_than_once(sun: Transmittances, cosine: Float32, altitude: Float32, d: Float32) -> Float32:
-    """(4, ...) light that comes from the ground and from elsewhere in the atmosphere, per unit of the sun's."""
+def rescattered(sun: Transmittances, cosine: Float32, altitude: Float32, d: Float32) -> Float32:
+    """(4, ...) light from the ground and from elsewhere in the atmosphere, per unit of the sun's."""
     omega = 2 * PI * (1 - np.sqrt(np.maximum(1 - np.square(EARTH / d), F(0))))
     up = sun.overhead(np.zeros(1, np.float32)).reshape(4, *[1] * cosine.ndim) / sun.overhead(altitude)
     ground = sun.at_ground(cosine)
@@ -208,7 +209,7 @@ def scattered_more_than_once(sun: Transmittances, cosine: Float32, altitude: Flo
     return ground
 
 
-def inscattering(sun: Transmittances, sun_up: np.float32, origin: np.float32, d: Float32, air: Air) -> Float32:
+def inscattering(sun: Transmittances, sun_up: Number, origin: np.float32, d: Float32, air: Air) -> Float32:
     """(4, n) radiance along unit directions d (3, n) at a height over Earth's centre."""
     sun_side = -np.sqrt(1 - sun_up * sun_up)
     ground = sphere_distance(origin, d[2], EARTH)
@@ -221,7 +222,7 @@ def inscattering(sun: Transmittances, sun_up: np.float32, origin: np.float32, d:
     cosine = x / far * sun_side + z / far * sun_up
     extinction, by_molecules, by_aerosols = coefficients(above, air)
     direct = sun.at(cosine, altitude)
-    more = scattered_more_than_once(sun, cosine, altitude, far)
+    more = rescattered(sun, cosine, altitude, far)
     toward = -d[0] * sun_side - d[2] * sun_up
     molecule_phase = F(3 / 16) / PI * (1 + toward * toward)
     den = 1 + G * G + 2 * G * toward
@@ -247,9 +248,9 @@ def inscattering(sun: Transmittances, sun_up: np.float32, origin: np.float32, d:
 
 
 def sky(sun_elevation: float, altitude: float, air: Air) -> Float32:
-    """(HEIGHT, WIDTH, 3) XYZ radiance; rows from nadir to zenith, denser at the horizon; columns from the sun.
+    """(HEIGHT, WIDTH, 3) XYZ radiance, rows from nadir to zenith, denser at the horizon.
 
-    Elevation = ±l²·π/2 with l from −1 to 1; azimuth from 0 to 2π about the sun's.
+    Elevation = ±l²·π/2 with l from −1 to 1; azimuth from 0 to 2π, the sun's being π.
     """
     sun = Transmittances(air)
     sun_up = cosine_of(F(np.pi / 2) - F(sun_elevation))
