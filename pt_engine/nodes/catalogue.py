@@ -2,6 +2,7 @@
 
 from . import (  # noqa: F401  (their import is what registers the kinds)
     color_nodes,
+    falloff_nodes,
     ies_nodes,
     image_nodes,
     inputs,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,6 @@ from .batch import Batch, plan
 from .coverage import APPROXIMATE, Coverage, CoverageLog
 from .graph import GraphReader
 from .ir import Builder
-from .probe import mean_emission
 from .program import LanesLike
 from .sky_nodes import SunDisc
 from .suns import Sun, find_suns
@@ -83,18 +83,37 @@ def compile_world(
     return WorldProgram(radiance, bool((radiance != 0).any()), log.entries(), batch.needs)
 
 
+class LightProgram(NamedTuple):
+    """What a lamp's node tree does to its power.
+
+    Attributes
+    ----------
+    constant : (3,) float32
+        Its factor; 1 where it varies.
+    coverage : list of Coverage
+    batch : Batch or None
+        The factor where it varies.
+    """
+
+    constant: Float32
+    coverage: list[Coverage]
+    batch: Batch | None = None
+
+
 def compile_light(
     graph: Graph | None, images: Sequence[ImageData] = (), ocio_config: str = ""
-) -> tuple[Float32, list[Coverage]]:
-    """The constant factor (3,) of a lamp's node tree on its power, and what that leaves out."""
+) -> LightProgram:
+    """Compile a lamp; None is the factor 1."""
+    one = np.ones(3, np.float32)
     if graph is None:
-        return np.ones(3, np.float32), []
+        return LightProgram(one, [])
     batch, log, _ = _emitter(graph, TextureStore(images, ocio_config), world=False)
     known = batch.constant_emission()
-    if known is None:
-        log.note(graph.name, APPROXIMATE, "the lamp's colour varies; its mean is used in all directions")
-        known = mean_emission(batch)
-    return np.ascontiguousarray(known[:, 0]), log.entries()
+    if known is not None:
+        return LightProgram(np.ascontiguousarray(known[:, 0]), log.entries())
+    if batch.needs & {"depth", "transparent_depth"}:
+        log.note(graph.name, APPROXIMATE, "a lamp does not know how deep the path is: 1, and 0 transparent")
+    return LightProgram(one, log.entries(), batch)
 
 
 def _emitter(

@@ -17,6 +17,7 @@ from .accel import Accel
 from .attributes import Layer, color_layer, generated_layer, normal_layer, position_layer, uv_layer
 from .features import features
 from .geometry import BOUND, Geometry, pack, place
+from .lamp_shader import LampShader
 from .scene import Scene
 from .snapshot import Snapshot, Visibility
 from .world_light import environment
@@ -44,11 +45,15 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
     ]
     lights = Lights(
         snapshot.lights,
-        np.array([strength for strength, _ in lamp_programs], np.float64).reshape(-1, 3),
+        np.array([program.constant for program in lamp_programs], np.float64).reshape(-1, 3),
         geometry.origin,
         triangles,
         environment(world),
         geometry.radius,
+        [
+            LampShader(program.batch, lamp, geometry.origin, geometry.radius) if program.batch else None
+            for program, lamp in zip(lamp_programs, snapshot.lights, strict=True)
+        ],
     )
     geometry.release()
     layers = shading_layers(snapshot, geometry, materials)
@@ -58,7 +63,7 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
     scene.camera = make_camera(snapshot.camera, geometry.origin)
     scene.exposure = snapshot.exposure
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
-    scene.coverage = coverage(snapshot, scene, [entry for _, log in lamp_programs for entry in log])
+    scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
     scene.features = features(snapshot, scene, film_transparent)
     scene.build_seconds = time.perf_counter() - started
     return scene
