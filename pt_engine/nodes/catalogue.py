@@ -3,6 +3,8 @@
 from . import (  # noqa: F401  (their import is what registers the kinds)
     color_nodes,
     eevee,
+    falloff_nodes,
+    ies_nodes,
     image_nodes,
     inputs,
     math_nodes,
@@ -14,6 +16,7 @@ from . import (  # noqa: F401  (their import is what registers the kinds)
     ray_portal,
     shaders,
     sheen,
+    sky_nodes,
     toon,
     vector_nodes,
     voronoi_nodes,

@@ -352,25 +352,6 @@ def tangent_node(n: NodeView) -> Outputs:
     return {"Tangent": n.call(around_axis, static=(str(n.prop("axis", "Z")),))}
 
 
-@node("LightFalloff")
-def light_falloff(n: NodeView) -> Outputs:
-    strength, smooth = n.float("Strength", 100.0), n.float("Smooth", 0.0)
-    return {
-        name: n.call(falloff, strength, smooth, static=(power,))
-        for name, power in (("Quadratic", 0), ("Linear", 1), ("Constant", 2))
-        if n.wants(name)
-    }
-
-
-@lane_op(FLOAT)
-def falloff(lanes: Any, power: int, strength: Float32, smooth: Float32) -> Float32:
-    """strength · dᵖ · d²/(smooth + d²), d the distance to the light."""
-    d = lanes.ray_length
-    out = strength * (d**power if power else 1)
-    soft = smooth > 0
-    return out * (soft * d * d + ~soft) / (soft * (smooth + d * d) + ~soft)  # type: ignore[no-any-return]
-
-
 for _name, _outputs in {
     "ParticleInfo": {
         "Index": FLOAT,

@@ -8,25 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cameras import make_camera
-from ..core.raykind import RayKind
-from ..emitters.environment import ConstantEnvironment, Environment, EnvironmentMap, texel_directions
 from ..emitters.lights import Lights
 from ..emitters.triangle import TriangleEmitters
 from ..nodes.compile import Materials, compile_materials
 from ..nodes.coverage import IGNORED, Coverage
-from ..nodes.world import WorldProgram, compile_light, compile_world
+from ..nodes.world import compile_light, compile_world
 from ..textures.images import TextureStore
 from .accel import Accel
 from .attributes import Layer, color_layer, generated_layer, normal_layer, position_layer, uv_layer
 from .features import features
 from .geometry import BOUND, Geometry, pack, place
-from .lanes import SkyLanes
+from .lamp_shader import LampShader
 from .scene import Scene
 from .snapshot import Snapshot, Visibility
+from .world_light import environment
 
-Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
-ENVIRONMENT_HEIGHT = 512  # rows of the importance map; the radiance itself is never baked
 
 
 def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: int = 0) -> Scene:
@@ -55,11 +52,15 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
     lights = Lights(
         snapshot.lights,
-        np.array([strength for strength, _ in lamp_programs], np.float64).reshape(-1, 3),
+        np.array([program.constant for program in lamp_programs], np.float64).reshape(-1, 3),
         geometry.origin,
         triangles,
         environment(world),
         geometry.radius,
+        [
+            LampShader(program.batch, lamp, geometry.origin, geometry.radius) if program.batch else None
+            for program, lamp in zip(lamp_programs, snapshot.lights, strict=True)
+        ],
     )
     geometry.release()
     layers = shading_layers(snapshot, geometry, materials)
@@ -71,7 +72,7 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     scene.camera = make_camera(snapshot.camera, geometry.origin)
     scene.exposure = snapshot.exposure
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
-    scene.coverage = coverage(snapshot, scene, [entry for _, log in lamp_programs for entry in log])
+    scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
     scene.features = features(snapshot, scene, film_transparent)
     scene.build_seconds = time.perf_counter() - started
     return scene
@@ -96,25 +97,6 @@ def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32,
         error=geometry.records[prim, BOUND].copy(),
     )
     return prim.astype(np.int32), emitters
-
-
-def environment(world: WorldProgram) -> Environment | None:
-    """The world as an emitter to sample; its brightness is tabulated unless it is constant."""
-    if not world.emits:
-        return None
-    if world.constant is not None:
-        return ConstantEnvironment(tuple(world.constant))
-
-    def radiance(d: Float32) -> Float32:
-        kind = np.full(d.shape[1], RayKind.DIFFUSE | RayKind.REFLECTION, np.int32)
-        return world.emission(SkyLanes(d, kind))
-
-    height = ENVIRONMENT_HEIGHT
-    d = texel_directions(height, 2 * height)
-    image = np.concatenate(
-        [radiance(np.ascontiguousarray(part)).mean(axis=0) for part in np.array_split(d, 16, axis=1)]
-    )
-    return EnvironmentMap(image.reshape(height, 2 * height), radiance)
 
 
 def shading_layers(
