@@ -4,8 +4,8 @@
 
 A layer of weight w and directional albedo A toward the viewer leaves 1 − w·max(A) to those below ("albedo
 scaling"), as in Cycles; metal and glass take their share of the surface. The coat's tint is absorption along
-the refracted view ray. Not Cycles': no sheen, no thin film, solid walls, and subsurface scattering in its
-diffuse limit; the coverage entries say so.
+the refracted view ray. Not Cycles': no sheen, solid walls, and subsurface scattering in its diffuse limit;
+the coverage entries say so.
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ from .math_nodes import at_least, saturate, select
 from .normals import closure_normal
 from .registry import shader
 from .roughness import Rough, anisotropic, principled_alphas, squared
-from .shaders import add_diffuse, add_metal, is_lambert, is_multiscatter, note_thin_film, relative_index
+from .shaders import add_diffuse, add_metal, is_lambert, is_multiscatter, relative_index
 from .surface import SurfaceBuilder, at_least_zero, is_at_most, is_constantly, is_zero
+from .thin_films import film_params, glass_film_params
 
 Float32 = NDArray[np.float32]
 CUTOFF: Final = 1e-5  # Cycles leaves out layers of less weight
@@ -59,6 +60,17 @@ def leveled_index(ior: Float32, level: Float32) -> Float32:
 
 
 @op(COLOR)
+def leveled_tint(tint: Float32, ior: Float32, level: Float32, eta: Float32) -> Float32:
+    """The tint of the leveled index' reflectance: what the level asks for beyond its limit is in it."""
+    f0 = law.normal_incidence(eta)
+    wanted = law.normal_incidence(ior) * (2 * np.maximum(level, 0))
+    # but for the limit both are the same to rounding, and tints stay as they are
+    beyond = (wanted > np.float32(0.99)) * (wanted / np.maximum(f0, np.float32(1e-6)) - 1)
+    out: Float32 = tint * (1 + beyond)
+    return out
+
+
+@op(COLOR)
 def root(c: Float32) -> Float32:
     """√c: half of a colour's absorption, for each of the two passes through glass."""
     return np.sqrt(np.maximum(c, 0))
@@ -77,6 +89,7 @@ class Layers:
         self.clamped = n.call(saturate_color, self.base)
         self.ior = n.call(at_least, n.float("IOR", 1.5), n.constant(1e-5, FLOAT))
         self.tint = n.call(at_least_zero, n.color("Specular Tint", 1.0))
+        self.film = film_params(n)
 
     def share(self, name: str) -> Value:
         """A layer's weight in [0, 1]; the constant 0 where too small to matter."""
@@ -104,7 +117,7 @@ class Layers:
         normal = closure_normal(n, "Coat Normal")
         eta = n.call(at_least, n.float("Coat IOR", 1.5), n.constant(1.0, FLOAT))
         rough = Rough(n.call(squared, n.float("Coat Roughness", 0.03)))
-        gain, under = gloss_layer(n, rough, eta, n.constant(1.0, COLOR), normal, multiscatter=True)
+        gain, under = gloss_layer(n, rough, eta, n.constant(1.0, COLOR), normal, multiscatter=True, film={})
         weight = self.b.multiply(self.b.multiply(self.weight, share), gain)
         self.out.add("specular", rough.params() | {"eta": eta}, weight, normal, None, rough.is_smooth)
         extra = () if normal is None else (normal,)
@@ -127,7 +140,8 @@ class Layers:
             edge = self.n.call(saturate_color, self.tint)
             weight = self.b.multiply(self.weight, share)
             average = self.n.call(tinted_average, self.clamped, edge) if self.multiscatter else None
-            add_metal(self.n, self.out, weight, rough, average, color=self.clamped, edge_tint=edge)
+            color = {"color": self.clamped, "edge_tint": edge}
+            add_metal(self.n, self.out, weight, rough, average, **color, **self.film)
             self.leave(self.b.complement(share))
 
     def glass(self) -> None:
@@ -139,6 +153,7 @@ class Layers:
         rough = Rough(n.call(squared, n.float("Roughness", 0.5)))
         through, eta = n.call(root, self.clamped), n.call(relative_index, self.ior)
         params = {"alpha": rough.alpha_x, "eta": eta, "transmission_tint": through}
+        params |= glass_film_params(n, self.ior)
         if not is_constantly(self.tint, 1):
             params["specular_tint"] = self.tint
         weight = self.b.multiply(self.weight, share)
@@ -149,13 +164,16 @@ class Layers:
 
     def gloss(self, rough: Rough) -> None:
         n, level = self.n, self.n.float("Specular IOR Level", 0.5)
-        if is_at_most(level, 0) or is_constantly(self.ior, 1):
+        if not self.film and (is_at_most(level, 0) or is_constantly(self.ior, 1)):
             return
-        eta = self.ior if is_constantly(level, 0.5) else n.call(leveled_index, self.ior, level)
-        params = rough.params() | {"eta": eta}
-        if not is_constantly(self.tint, 1):
-            params["tint"] = self.tint
-        gain, left = gloss_layer(n, rough, eta, self.tint, self.normal, self.multiscatter)
+        eta, tint = self.ior, self.tint
+        if not is_constantly(level, 0.5):
+            eta = n.call(leveled_index, self.ior, level)
+            tint = n.call(leveled_tint, tint, self.ior, level, eta)
+        params = rough.params() | {"eta": eta} | self.film
+        if not is_constantly(tint, 1):
+            params["tint"] = tint
+        gain, left = gloss_layer(n, rough, eta, tint, self.normal, self.multiscatter, self.film)
         weight = self.b.multiply(self.weight, gain)
         self.out.add("specular", params, weight, self.normal, rough.tangent, rough.is_smooth)
         self.leave(left)
@@ -186,7 +204,6 @@ def principled(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     if is_zero(layers.weight):
         return
     rough = anisotropic(n, principled_alphas, ("Anisotropic", "Anisotropic Rotation"), layers.normal)
-    note_thin_film(n)
     layers.metal(rough)
     if not is_zero(layers.weight):
         layers.glass()

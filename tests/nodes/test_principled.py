@@ -62,6 +62,7 @@ def coverage(**sockets: Any) -> tuple[str, str]:
         ({"ior": 1.0, "specular_ior_level": "A.alpha"}, ["diffuse"]),
         ({"specular_ior_level": 0.0}, ["diffuse"]),
         ({"specular_ior_level": -1.0, "ior": "A.alpha"}, ["diffuse"]),
+        ({"specular_ior_level": 0.0, "thin_film_thickness": 300.0}, ["specular", "diffuse"]),
         ({"specular_ior_level": 0.0, "ior": "A.alpha"}, ["diffuse"]),
         ({"base_color": (0.0, 0.0, 0.0)}, ["specular"]),
         ({"coat_weight": 0.5}, ["specular", "specular", "diffuse"]),
@@ -127,6 +128,22 @@ def test_specular_level_ends_at_a_reflectance_of_99_per_cent() -> None:
     """As in Cycles: η = (1 + √0.99)/(1 − √0.99)."""
     gloss, _ = compiled_closures(principled(ior=50.0, specular_ior_level=1.0), UP)
     np.testing.assert_allclose(gloss.params.eta, (1 + 0.99**0.5) / (1 - 0.99**0.5), rtol=1e-4)
+
+
+def test_a_tint_beyond_that_limit_dims_what_the_level_asked_for() -> None:
+    """F0 = min(2·level·F0(ior)·tint, 1), as in Cycles: 2·0.92311·(0.5, 0.2, 1)."""
+    graph = principled(ior=50.0, specular_ior_level=1.0, specular_tint=(0.5, 0.2, 1.0))
+    gloss, _ = compiled_closures(graph, UP)
+    f0 = ((gloss.params.eta - 1) / (gloss.params.eta + 1)) ** 2 * gloss.params.tint[:, 0]
+    np.testing.assert_allclose(np.minimum(f0, 1), [0.92311, 0.36924, 1.0], rtol=1e-4)
+
+
+def test_a_film_too_thin_costs_nothing() -> None:
+    """A constant thickness of at most 0.1 nm leaves no parameter; a linked one always does."""
+    for thickness, there in ((0.1, False), (0.11, True), ("A.alpha", True)):
+        graph = principled(thin_film_thickness=thickness, metallic=0.5, transmission_weight=0.5)
+        closures = compiled_closures(graph, UP, colors={"A": np.ones((3, 1), np.float32)})
+        assert [c.params.film_thickness is not None for c in closures[:3]] == [there] * 3
 
 
 def test_subsurface_takes_its_share_of_the_diffuse() -> None:
@@ -250,7 +267,6 @@ def test_white_surface_keeps_its_light(roughness: float, cos: float, sockets: di
     [
         ({"sheen_weight": 0.3}, "no sheen"),
         ({"sheen_weight": "A.alpha"}, "no sheen"),
-        ({"thin_film_thickness": 300.0}, "no colours of a thin film"),
         ({"subsurface_weight": 0.5}, "subsurface light leaves where it enters"),
         ({"transmission_weight": 0.5, "thin_wall": True}, "thin walls refract like solid glass"),
         (

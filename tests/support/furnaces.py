@@ -1,0 +1,148 @@
+"""What a shader scatters in all, by Cycles and by us: sheets of tilted faces under a white sky.
+
+Each face is one pixel of a parallel camera that looks down; faces tilt from column to column, and face
+attributes A, B, C, D feed the shader's inputs. Only the camera sees the sheet, so that its pixels are
+directional albedos. Ours are the mean weights that the engine's own sampling gives on the same points.
+"""
+
+from typing import NamedTuple
+
+import bpy
+import numpy as np
+from scipy.stats import qmc
+from support import cycles_nodes
+from support.bpy_nodes import with_nodes
+from support.bpy_scenes import empty_scene
+from support.cycles import by_cycles
+from support.node_lanes import NodeLanes
+
+from pt_engine.blender.export.images import ImageTable
+from pt_engine.blender.export.materials import export_material
+from pt_engine.nodes.compile import compile_materials
+from pt_engine.scene.shading import Scattered, SliceBSDF
+
+
+class Sheet(NamedTuple):
+    """Faces in rows and columns: cosines toward the viewer by column, attributes (3, rows · columns).
+
+    `behind`: seen from their back side.
+    """
+
+    cosines: np.ndarray
+    table: dict
+    behind: bool = False
+
+    @property
+    def normals(self):
+        """(3, n) float32, on the viewer's side, turned toward +x."""
+        rows = len(next(iter(self.table.values()))[0]) // len(self.cosines)
+        cos = np.tile(self.cosines, rows)
+        return np.stack([np.sqrt(1 - cos * cos), 0 * cos, cos]).astype(np.float32)
+
+    @property
+    def size(self):
+        """Columns and rows."""
+        return len(self.cosines), self.normals.shape[1] // len(self.cosines)
+
+    @property
+    def centres(self):
+        """(3, n) float32."""
+        columns, rows = self.size
+        x, y = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5)
+        return np.stack([x.ravel(), y.ravel(), np.zeros(x.size)]).astype(np.float32)
+
+
+def sheet(cosines, behind=False, **axes):
+    """All pairs of some cosines with rows of attributes, each (rows, 3): `A=`, `B=` …"""
+    cosines = np.asarray(cosines, np.float64)
+    rows = {k: np.asarray(v, np.float32).reshape(-1, 3) for k, v in axes.items()}
+    return Sheet(cosines, {k: np.repeat(v.T, len(cosines), axis=1) for k, v in rows.items()}, behind)
+
+
+def material(kind, links, **settings):
+    """A material whose surface is one shader node; `links` as in `cycles_nodes.feed`."""
+    made = bpy.data.materials.new(kind)
+    tree = with_nodes(made)
+    node = tree.nodes.new("ShaderNode" + kind)
+    for key, value in settings.items():
+        setattr(node, key, value)
+    for socket in node.inputs:
+        if socket.identifier in links:
+            cycles_nodes.feed(tree, socket, links[socket.identifier])
+    tree.links.new(node.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    return made
+
+
+def mesh_of(shape):
+    """The sheet's faces as a mesh."""
+    normal, centre = shape.normals.astype(np.float64), shape.centres.astype(np.float64)
+    half_x = 0.5 * np.stack([np.ones(len(normal[0])), 0 * normal[0], -normal[0] / normal[2]])
+    half_y = np.array([[0.0], [0.5], [0.0]])
+    around = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    corners = [centre + i * half_x + j * half_y for i, j in (around[::-1] if shape.behind else around)]
+    points = np.stack(corners, axis=2).reshape(3, -1).T
+    data = bpy.data.meshes.new("Sheet")
+    data.from_pydata(points.tolist(), [], np.arange(len(points)).reshape(-1, 4).tolist())
+    for key, values in shape.table.items():
+        data.attributes.new(key, "FLOAT_VECTOR", "FACE").data.foreach_set(
+            "vector", np.ascontiguousarray(values.T).ravel()
+        )
+    return data
+
+
+def scene_of(shape, made):
+    """The scene: sheet, white sky, camera; a pixel per face."""
+    scene = empty_scene()
+    made = made()
+    sky = bpy.data.worlds.new("White")
+    tree = with_nodes(sky)
+    background = tree.nodes.new("ShaderNodeBackground")
+    background.inputs["Color"].default_value = (1, 1, 1, 1)
+    tree.links.new(background.outputs[0], tree.nodes.new("ShaderNodeOutputWorld").inputs["Surface"])
+    scene.world = sky
+    owner = bpy.data.objects.new("Sheet", mesh_of(shape))
+    owner.data.materials.append(made)
+    for kind in ("diffuse", "glossy", "transmission", "shadow", "volume_scatter"):
+        setattr(owner, f"visible_{kind}", False)
+    scene.collection.objects.link(owner)
+    columns, rows = shape.size
+    camera = scene.camera
+    camera.data.type, camera.data.ortho_scale = "ORTHO", max(columns, rows)
+    camera.location = (columns / 2, rows / 2, 100)
+    scene.render.filter_size = scene.cycles.filter_width = 0.01
+    scene.cycles.pixel_filter_type = "BOX"
+    return made
+
+
+def by_cycles_and_us(shape, made, samples, folder, points=1024, **lanes):
+    """Albedos (3, n) of both, and the material's coverage; `made` makes the material in the new file."""
+    made = scene_of(shape, made)
+    images = by_cycles(samples, shape.size, folder)
+    theirs = np.mean(images, axis=0)[::-1, :, :3].reshape(-1, 3).T
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    graph = export_material(made.evaluated_get(depsgraph), ImageTable([]))
+    ours = albedos(graph, shape, points, **lanes)
+    return theirs, ours, compile_materials([graph]).coverage
+
+
+def albedos(graph, shape, points, **lanes):
+    """(3, n) what the engine scatters in all on the sheet: mean weights over `points` of a Sobol sequence."""
+    u = qmc.Sobol(3, seed=2).random(points).T.astype(np.float32).clip(0, 1 - 2**-24)
+    n = shape.normals.shape[1]
+    wi = np.zeros((3, n), np.float32)
+    wi[2] = 1
+    back = np.full(n, shape.behind, np.float32)
+    given = {"ng": shape.normals, "ns": shape.normals, "wi": wi, "position": shape.centres}
+    given |= {"backfacing": back} | lanes
+    here = NodeLanes(
+        colors={k: np.repeat(v, points, axis=1) for k, v in shape.table.items()},
+        **{k: np.repeat(v, points, axis=-1) for k, v in given.items()},
+    )
+    batch = compile_materials([graph]).batches[0]
+    size = n * points
+    out = Scattered(
+        np.empty((3, size), np.float32), np.empty((3, size), np.float32),
+        np.empty(size, np.float32), np.zeros(size, np.uint8),
+    )  # fmt: skip
+    SliceBSDF(batch.closures(here), here).sample(np.tile(u, n), out)
+    return out.weight.reshape(3, n, points).mean(axis=2, dtype=np.float64)
