@@ -107,6 +107,7 @@ def _gloss_layer(
     has_y: bool,
     multiscatter: bool,
     grey: bool,
+    dark: bool,
     base: Float32,
     average: Float32,
     cos: Float32,
@@ -115,9 +116,10 @@ def _gloss_layer(
 ) -> tuple[Float32, Float32]:
     """The factor of a gloss' weight, and 1 − its directional albedo's largest component.
 
-    `more`: the roughness, then, with a film, its thickness and index and the gloss' tint.
+    `more`: the roughness; with a film, its thickness and index and the gloss' tint; if `dark`, the weight,
+    of which components of 0 do not count.
     """
-    pair, film = _alphas(has_y, more), more[1 + has_y :]
+    pair, film = _alphas(has_y, more), more[1 + has_y : len(more) - dark]
     if grey:
         base, average = base[:1], average[:1]
     s = energy.gloss(*pair, eta, cos)
@@ -128,6 +130,8 @@ def _gloss_layer(
     if multiscatter:
         gain = energy.reflection_gain(*pair, cos, average)
         albedo = albedo * (gain * energy.reflection_albedo(*pair, cos))
+    if dark:
+        albedo = albedo * (more[-1] > 0)
     left: Float32 = np.clip(1 - albedo.max(axis=0), 0, 1)
     return (gain[0] if grey else np.broadcast_to(gain, (3, gain.shape[1]))), left
 
@@ -152,16 +156,18 @@ def gloss_layer(
     normal: Value | None,
     multiscatter: bool,
     film: Mapping[str, Value],
+    dark: Value | None = None,
 ) -> tuple[Value, Value]:
     """Factor of a dielectric gloss' weight, and the share it leaves to what is below.
 
-    `film`: of `thin_films.film_params`.
+    `film`: of `thin_films.film_params`. `dark`: the gloss' weight, where a component of it may be 0.
     """
     base, average = n.calls(gloss_colors, eta, tint)
     grey = is_constantly(tint, 1)
     alphas = [rough.alpha_x] if rough.alpha_y is None else [rough.alpha_x, rough.alpha_y]
-    static = (rough.alpha_y is not None, multiscatter and not rough.is_smooth, grey)
+    static = (rough.alpha_y is not None, multiscatter and not rough.is_smooth, grey, dark is not None)
     what = gloss_grey if grey else gloss_tinted
-    coat = [film["film_thickness"], film["film_ior"], tint] if film else []
-    gain, left = n.calls(what, base, average, cosine(n, normal), eta, *alphas, *coat, static=static)
+    more = [film["film_thickness"], film["film_ior"], tint] if film else []
+    more += [] if dark is None else [dark]
+    gain, left = n.calls(what, base, average, cosine(n, normal), eta, *alphas, *more, static=static)
     return gain, left

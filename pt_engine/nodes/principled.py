@@ -4,8 +4,8 @@
 
 A layer of weight w and directional albedo A toward the viewer leaves 1 − w·max(A) to those below ("albedo
 scaling"), as in Cycles; metal and glass take their share of the surface. The coat's tint is absorption along
-the refracted view ray. Not Cycles': no sheen, solid walls, and subsurface scattering in its diffuse limit;
-the coverage entries say so.
+the refracted view ray. Not Cycles': no sheen, and subsurface scattering in its diffuse limit; the coverage
+entries say so.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ..core import vectors
 from .color_nodes import saturate_color
 from .energy_nodes import glass_gained, gloss_layer, tinted_average
 from .graph import NodeView
-from .ir import COLOR, FLOAT, Value, lane_op, op
+from .ir import COLOR, FLOAT, Const, Value, lane_op, op
 from .math_nodes import at_least, saturate, select
 from .normals import closure_normal
 from .registry import shader
@@ -28,6 +28,7 @@ from .roughness import Rough, anisotropic, principled_alphas, squared
 from .shaders import add_diffuse, add_metal, is_lambert, is_multiscatter, relative_index
 from .surface import SurfaceBuilder, at_least_zero, is_at_most, is_constantly, is_zero
 from .thin_films import film_params, glass_film_params
+from .thin_walls import add_sheet, forward, is_true
 
 Float32 = NDArray[np.float32]
 CUTOFF: Final = 1e-5  # Cycles leaves out layers of less weight
@@ -90,6 +91,8 @@ class Layers:
         self.ior = n.call(at_least, n.float("IOR", 1.5), n.constant(1e-5, FLOAT))
         self.tint = n.call(at_least_zero, n.color("Specular Tint", 1.0))
         self.film = film_params(n)
+        self.thin = n.call(is_true, n.float("Thin Wall"))
+        self.may_be_dark = False  # whether a component of `weight` may be 0 where others are not
 
     def share(self, name: str) -> Value:
         """A layer's weight in [0, 1]; the constant 0 where too small to matter."""
@@ -124,6 +127,7 @@ class Layers:
         self.leave(n.call(coat_share, share, under))
         tint = n.color("Coat Tint", 1.0)
         if not is_constantly(tint, 1):
+            self.may_be_dark = not (isinstance(tint, Const) and bool((tint.data > 0).all()))
             tinted = n.call(through_coat, eta, tint, *extra)
             rest = self.b.multiply(self.b.complement(share), n.constant(1.0, COLOR))
             self.leave(self.b.add(rest, self.b.multiply(share, tinted)))
@@ -148,19 +152,26 @@ class Layers:
         n, share = self.n, self.share("Transmission Weight")
         if is_zero(share):
             return
-        if not is_zero(n.float("Thin Wall")):
-            n.approximate("thin walls refract like solid glass")
         rough = Rough(n.call(squared, n.float("Roughness", 0.5)))
+        weight = self.b.multiply(self.weight, share)
+        sheet, solid = (self.b.multiply(weight, part) for part in (self.thin, self.b.complement(self.thin)))
+        if not is_zero(sheet):
+            colors = self.tint, self.clamped
+            add_sheet(n, self.out, sheet, rough.alpha_x, self.ior, colors, self.film, self.normal)
+        if not is_zero(solid):
+            self.solid_glass(solid, rough)
+        self.leave(self.b.complement(share))
+
+    def solid_glass(self, weight: Value, rough: Rough) -> None:
+        n = self.n
         through, eta = n.call(root, self.clamped), n.call(relative_index, self.ior)
         params = {"alpha": rough.alpha_x, "eta": eta, "transmission_tint": through}
         params |= glass_film_params(n, self.ior)
         if not is_constantly(self.tint, 1):
             params["specular_tint"] = self.tint
-        weight = self.b.multiply(self.weight, share)
         if self.multiscatter:
             weight = glass_gained(n, weight, rough, eta, through, self.normal)
         self.out.add("dielectric", params, weight, self.normal, dirac=rough.is_smooth)
-        self.leave(self.b.complement(share))
 
     def gloss(self, rough: Rough) -> None:
         n, level = self.n, self.n.float("Specular IOR Level", 0.5)
@@ -173,7 +184,8 @@ class Layers:
         params = rough.params() | {"eta": eta} | self.film
         if not is_constantly(tint, 1):
             params["tint"] = tint
-        gain, left = gloss_layer(n, rough, eta, tint, self.normal, self.multiscatter, self.film)
+        dark = self.weight if self.may_be_dark else None
+        gain, left = gloss_layer(n, rough, eta, tint, self.normal, self.multiscatter, self.film, dark)
         weight = self.b.multiply(self.weight, gain)
         self.out.add("specular", params, weight, self.normal, rough.tangent, rough.is_smooth)
         self.leave(left)
@@ -182,16 +194,29 @@ class Layers:
         n, b, roughness = self.n, self.b, self.n.float("Diffuse Roughness")
         share = self.share("Subsurface Weight")
         rest = b.multiply(b.complement(share), self.base)
-        if not is_zero(share):
+        under = b.multiply(share, self.clamped)
+        sheet, solid = b.multiply(under, self.thin), b.multiply(under, b.complement(self.thin))
+        if not is_zero(sheet):
+            rest = b.add(rest, self.thin_subsurface(sheet, roughness))
+        if not is_zero(solid):
             n.approximate("subsurface light leaves where it enters")
-            if not is_zero(n.float("Thin Wall")):
-                n.approximate("thin walls let no subsurface light through")
-            under = b.multiply(share, self.clamped)
             if is_lambert(roughness):
-                rest = b.add(rest, under)
+                rest = b.add(rest, solid)
             else:
-                self.out.add("diffuse", {}, b.multiply(self.weight, under), self.normal)
+                self.out.add("diffuse", {}, b.multiply(self.weight, solid), self.normal)
         add_diffuse(n, self.out, b.multiply(self.weight, rest), roughness, self.base, self.normal)
+
+    def thin_subsurface(self, color: Value, roughness: Value) -> Value:
+        """Adds what a sheet of dense matter lets through; returns the colour of what it sends back."""
+        n, b = self.n, self.b
+        share = n.call(forward, n.float("Subsurface Anisotropy"))
+        weight = b.multiply(self.weight, b.multiply(share, color))
+        if is_lambert(roughness):
+            self.out.add("translucent", {}, weight, self.normal)
+        else:
+            params = {"roughness": n.call(saturate, roughness), "color": self.clamped}
+            self.out.add("rough_translucent", params, weight, self.normal)
+        return b.multiply(b.complement(share), color)
 
 
 @shader("BsdfPrincipled")

@@ -268,11 +268,6 @@ def test_white_surface_keeps_its_light(roughness: float, cos: float, sockets: di
         ({"sheen_weight": 0.3}, "no sheen"),
         ({"sheen_weight": "A.alpha"}, "no sheen"),
         ({"subsurface_weight": 0.5}, "subsurface light leaves where it enters"),
-        ({"transmission_weight": 0.5, "thin_wall": True}, "thin walls refract like solid glass"),
-        (
-            {"subsurface_weight": 0.5, "thin_wall": True},
-            "subsurface light leaves where it enters; thin walls let no subsurface light through",
-        ),
     ],
 )
 def test_what_is_not_rendered_is_listed(sockets: dict[str, Any], effect: str) -> None:

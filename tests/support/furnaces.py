@@ -114,18 +114,21 @@ def scene_of(shape, made):
     return made
 
 
-def by_cycles_and_us(shape, made, samples, folder, points=1024, **lanes):
-    """Albedos (3, n) of both, and the material's coverage; `made` makes the material in the new file."""
+def by_cycles_and_us(shape, made, samples, folder, points=1024, emission=False, **lanes):
+    """Albedos (3, n) of both, and the material's coverage; `made` makes the material in the new file.
+
+    `emission`: with what the material emits.
+    """
     made = scene_of(shape, made)
     images = by_cycles(samples, shape.size, folder)
     theirs = np.mean(images, axis=0)[::-1, :, :3].reshape(-1, 3).T
     depsgraph = bpy.context.evaluated_depsgraph_get()
     graph = export_material(made.evaluated_get(depsgraph), ImageTable([]))
-    ours = albedos(graph, shape, points, **lanes)
+    ours = albedos(graph, shape, points, emission, **lanes)
     return theirs, ours, compile_materials([graph]).coverage
 
 
-def albedos(graph, shape, points, **lanes):
+def albedos(graph, shape, points, emission=False, **lanes):
     """(3, n) what the engine scatters in all on the sheet: mean weights over `points` of a Sobol sequence."""
     u = qmc.Sobol(3, seed=2).random(points).T.astype(np.float32).clip(0, 1 - 2**-24)
     n = shape.normals.shape[1]
@@ -145,4 +148,6 @@ def albedos(graph, shape, points, **lanes):
         np.empty(size, np.float32), np.zeros(size, np.uint8),
     )  # fmt: skip
     SliceBSDF(batch.closures(here), here).sample(np.tile(u, n), out)
-    return out.weight.reshape(3, n, points).mean(axis=2, dtype=np.float64)
+    emitted = batch.emission(here) if emission else None
+    total = out.weight if emitted is None else out.weight + emitted
+    return total.reshape(3, n, points).mean(axis=2, dtype=np.float64)
