@@ -126,12 +126,6 @@ def sheen(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     out.add("diffuse", {}, n.builder.multiply(weight, n.color("Color", 0.8)), closure_normal(n))
 
 
-@shader("BsdfHair", "BsdfHairPrincipled")
-def hair(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    n.approximate("diffuse instead of light scattered by hair")
-    out.add("diffuse", {}, n.builder.multiply(weight, n.color("Color", 0.8)))
-
-
 @shader("BsdfRayPortal")
 def ray_portal(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     n.approximate("rays pass straight on instead of through the portal")

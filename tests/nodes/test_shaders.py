@@ -68,7 +68,7 @@ def test_glass_turns_its_index_around_behind_the_face():
     np.testing.assert_allclose(closure.params.eta, [1.5, 1 / 1.5, 1.5], rtol=1e-6)
 
 
-@pytest.mark.parametrize("kind", ["SubsurfaceScattering", "BsdfToon", "BsdfHair", "BsdfSheen", "Holdout"])
+@pytest.mark.parametrize("kind", ["SubsurfaceScattering", "BsdfToon", "BsdfSheen", "Holdout"])
 def test_stand_ins_are_listed(kind):
     compiled = compile_materials([shader(kind)])
     assert compiled.coverage[0].state == APPROXIMATE
