@@ -8,10 +8,10 @@ once inside (TRT) or more often (all the rest, p = 3):
     M = exp(−sinθi' sinθo/v) I0(cosθi' cosθo/v) / (2v sinh(1/v))        of variances v₀, v/4, 4v, 4v
     N = a logistic distribution of scale s about Δφ = 2p γt − 2γ + pπ on [−π, π]; 1/2π for p = 3
 
-θi' is θi tilted by the scales' angle: by −2α, α and 4α. Chiang et al. 2016, "A Practical and Controllable Hair
-and Fur Model for Production Path Tracing"; d'Eon et al. 2011 for M. Two departures from Cycles keep M a
-distribution and the samples in proportion to it: I0 is Bessel's function to float32's digits (the short series
-in pbrt and Cycles loses up to 2 % of M where v is near 0.1), and R is sampled by v₀, not by v.
+θi' is θi tilted by the scales' angle: by −2α, α and 4α. Chiang et al. 2016, "A Practical and Controllable
+Hair and Fur Model for Production Path Tracing"; d'Eon et al. 2011 for M. Two departures from Cycles keep M a
+distribution and the samples in proportion to it: I0 is Bessel's function to float32's digits (the short
+series in pbrt and Cycles loses up to 2 % of M where v is near 0.1), and R is sampled by v₀, not by v.
 
 The frame's tangent is the hair's; its normal has no meaning here.
 """
@@ -31,9 +31,9 @@ ONE = np.float32(1.0)
 LOBES = 4
 TILTS = (-2.0, 1.0, 4.0, 0.0)  # of θi, in α
 GREY = (0.2126729, 0.7151522, 0.0721750)
-LOG_2 = float(np.log(2.0))
-# 1/(k!)²: I0(x) = Σ (x²/4)^k/(k!)², to float32's digits for x ≤ 12
+# I0(x) = Σ (x²/4)^k/(k!)², to float32's digits for x ≤ 12; above exp(x)/√(2πx) Σ ((2k − 1)!!)²/(k! (8x)^k)
 BESSEL = tuple(1.0 / float(np.prod(np.arange(1, k + 1, dtype=np.float64))) ** 2 for k in range(24))
+BEYOND = (1.0, 1.0, 4.5, 37.5, 459.375, 7441.875)
 LARGE = 12.0
 
 
@@ -68,14 +68,16 @@ class Params(NamedTuple):
 def variance(roughness: Float32) -> Float32:
     """v of a roughness in [0.001, 1]: d'Eon's fit."""
     b: Float32 = np.minimum(np.maximum(roughness, 1e-3), 1.0)
-    root: Float32 = 0.726 * b + 0.812 * (b * b) + 3.7 * np.power(b, 20)
+    sharp: Float32 = np.power(b, 20)
+    root: Float32 = 0.726 * b + 0.812 * (b * b) + 3.7 * sharp
     return root * root
 
 
 def scale(roughness: Float32) -> Float32:
     """s of an azimuthal roughness in [0.001, 1]: Chiang's fit."""
     b: Float32 = np.minimum(np.maximum(roughness, 1e-3), 1.0)
-    s: Float32 = 0.265 * b + 1.194 * (b * b) + 5.372 * np.power(b, 22)
+    sharp: Float32 = np.power(b, 22)
+    s: Float32 = 0.265 * b + 1.194 * (b * b) + 5.372 * sharp
     return s * np.float32(np.sqrt(PI / 8))
 
 
@@ -187,16 +189,24 @@ def _bessel_scaled(x: Float32) -> Float32:
     """exp(−x) I0(x) for x ≥ 0: the series, and above 12 the asymptotic expansion to 1e-6."""
     small: Float32 = np.minimum(x, LARGE)
     y: Float32 = 0.25 * small * small
-    series = np.full_like(y, BESSEL[-1])
-    for coefficient in BESSEL[-2::-1]:
-        series = series * y + np.float32(coefficient)
+    series = _power_series(BESSEL, y)
     large: Float32 = np.maximum(x, LARGE)
     r: Float32 = 1.0 / (8.0 * large)
-    tail = 1.0 + r * (1.0 + r * (4.5 + r * (37.5 + r * (459.375 + r * 7441.875))))
-    expansion = tail / np.sqrt(np.float32(2.0 * PI) * large)
+    tail = _power_series(BEYOND, r)
+    root: Float32 = np.sqrt(np.float32(2.0 * PI) * large)
+    expansion: Float32 = tail / root
+    decay: Float32 = np.exp(-small)
     inside = x <= LARGE
-    scaled: Float32 = series * np.exp(-small) * inside + expansion * ~inside
+    scaled: Float32 = series * decay * inside + expansion * ~inside
     return scaled
+
+
+def _power_series(coefficients: tuple[float, ...], x: Float32) -> Float32:
+    """Σ c_k x^k."""
+    total: Float32 = np.full_like(x, coefficients[-1])
+    for coefficient in coefficients[-2::-1]:
+        total = total * x + np.float32(coefficient)
+    return total
 
 
 def azimuthal(phi: Float32, s: Float32) -> Float32:

@@ -88,9 +88,11 @@ def along(params: Params, hair: Fibre, wo: Float32) -> tuple[Float32, Float32]:
 def direction(params: Params, hair: Fibre, u: Float32, phi: Float32) -> Float32:
     """wo at azimuth φ, its θo drawn by `u`."""
     theta: Float32 = 2.0 * (hair.beta * np.tan(u * (hair.a - hair.b) + hair.b) + params.offset) - hair.theta
-    cos = np.cos(theta)
-    wo: Float32 = (np.cos(phi) * cos) * hair.across + np.sin(theta) * hair.tangent
-    wo -= (np.sin(phi) * cos) * cross(hair.across, hair.tangent)
+    cos: Float32 = np.cos(theta)
+    forth: Float32 = np.cos(phi) * cos
+    beside: Float32 = np.sin(phi) * cos
+    up: Float32 = np.sin(theta)
+    wo = forth * hair.across - beside * cross(hair.across, hair.tangent) + up * hair.tangent
     return normalize(wo)
 
 

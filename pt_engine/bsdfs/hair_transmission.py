@@ -2,8 +2,8 @@
 
     p(φ) = β/(c (q² + β²))        q = π − |φ|,  c = 2 atan(π/2β)
 
-on the far side of the surface. It is drawn for q ≤ π/2, where it integrates to 1; the little that lies beyond,
-as Cycles has it, is left to the sampling of lights.
+on the far side of the surface. It is drawn for q ≤ π/2, where it integrates to 1; the little that lies
+beyond, as Cycles has it, is left to the sampling of lights.
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import bpy
 import numpy as np
+from mathutils import Vector
 from scipy.stats import qmc
 from support import cycles_nodes
 from support.bpy_nodes import with_nodes
@@ -25,12 +26,14 @@ from pt_engine.scene.shading import Scattered, SliceBSDF
 class Sheet(NamedTuple):
     """Faces in rows and columns: cosines toward the viewer by column, attributes (3, rows · columns).
 
-    `behind`: seen from their back side.
+    `behind`: seen from their back side. `aside`: only points of their first triangles are looked at, for what
+    depends on the triangle; else pixels cover their faces, which leaves less noise.
     """
 
     cosines: np.ndarray
     table: dict
     behind: bool = False
+    aside: bool = False
 
     @property
     def normals(self):
@@ -52,11 +55,11 @@ class Sheet(NamedTuple):
         return np.stack([x.ravel(), y.ravel(), np.zeros(x.size)]).astype(np.float32)
 
 
-def sheet(cosines, behind=False, **axes):
+def sheet(cosines, behind=False, aside=False, **axes):
     """All pairs of some cosines with rows of attributes, each (rows, 3): `A=`, `B=` …"""
     cosines = np.asarray(cosines, np.float64)
     rows = {k: np.asarray(v, np.float32).reshape(-1, 3) for k, v in axes.items()}
-    return Sheet(cosines, {k: np.repeat(v.T, len(cosines), axis=1) for k, v in rows.items()}, behind)
+    return Sheet(cosines, {k: np.repeat(v.T, len(cosines), axis=1) for k, v in rows.items()}, behind, aside)
 
 
 def material(kind, links, **settings):
@@ -90,16 +93,15 @@ def mesh_of(shape):
     return data
 
 
-def scene_of(shape, made):
-    """The scene: sheet, white sky, camera; a pixel per face."""
+def scene_of(shape, made, sky):
+    """The scene: sheet, camera, a pixel per face, and a sky of some radiance; returns the material."""
     scene = empty_scene()
     made = made()
-    sky = bpy.data.worlds.new("White")
-    tree = with_nodes(sky)
+    scene.world = bpy.data.worlds.new("Sky")
+    tree = with_nodes(scene.world)
     background = tree.nodes.new("ShaderNodeBackground")
-    background.inputs["Color"].default_value = (1, 1, 1, 1)
+    background.inputs["Color"].default_value = (sky, sky, sky, 1)
     tree.links.new(background.outputs[0], tree.nodes.new("ShaderNodeOutputWorld").inputs["Surface"])
-    scene.world = sky
     owner = bpy.data.objects.new("Sheet", mesh_of(shape))
     owner.data.materials.append(made)
     for kind in ("diffuse", "glossy", "transmission", "shadow", "volume_scatter"):
@@ -108,10 +110,23 @@ def scene_of(shape, made):
     columns, rows = shape.size
     camera = scene.camera
     camera.data.type, camera.data.ortho_scale = "ORTHO", max(columns, rows)
-    camera.location = (columns / 2, rows / 2, 100)
-    scene.render.filter_size = scene.cycles.filter_width = 0.01
-    scene.cycles.pixel_filter_type = "BOX"
+    aside = 0.2 * shape.aside
+    camera.location = (columns / 2 + aside, rows / 2 - aside, 100)
+    scene.cycles.filter_width = 0.01
+    scene.cycles.pixel_filter_type = "GAUSSIAN" if shape.aside else "BOX"  # the box is always a pixel wide
     return made
+
+
+def pixels(shape, samples, folder):
+    """(3, n) Cycles' mean picture, face by face."""
+    images = by_cycles(samples, shape.size, folder)
+    return np.mean(images, axis=0)[::-1, :, :3].reshape(-1, 3).T
+
+
+def graph_of(made):
+    """A material as the snapshot has it."""
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    return export_material(made.evaluated_get(depsgraph), ImageTable([]))
 
 
 def by_cycles_and_us(shape, made, samples, folder, points=1024, emission=False, **lanes):
@@ -119,35 +134,56 @@ def by_cycles_and_us(shape, made, samples, folder, points=1024, emission=False, 
 
     `emission`: with what the material emits.
     """
-    made = scene_of(shape, made)
-    images = by_cycles(samples, shape.size, folder)
-    theirs = np.mean(images, axis=0)[::-1, :, :3].reshape(-1, 3).T
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    graph = export_material(made.evaluated_get(depsgraph), ImageTable([]))
+    made = scene_of(shape, made, 1.0)
+    theirs, graph = pixels(shape, samples, folder), graph_of(made)
     ours = albedos(graph, shape, points, emission, **lanes)
     return theirs, ours, compile_materials([graph]).coverage
+
+
+def values_by_cycles_and_us(shape, made, direction, folder, **lanes):
+    """f·|cosθo| (3, n) of both toward a sun in a world direction (3,): one number, without noise."""
+    made = scene_of(shape, made, 0.0)
+    sun = bpy.data.lights.new("Sun", "SUN")
+    sun.angle, sun.energy = 0.0, 1.0
+    owner = bpy.data.objects.new("Sun", sun)
+    owner.rotation_euler = Vector(direction).to_track_quat("Z", "Y").to_euler()
+    bpy.context.scene.collection.objects.link(owner)
+    theirs, graph = pixels(shape, 1, folder), graph_of(made)
+    here = lanes_of(shape, 1, lanes)
+    wo = np.array(direction, np.float32)[:, np.newaxis] / np.linalg.norm(direction)
+    bsdf = SliceBSDF(compile_materials([graph]).batches[0].closures(here), here)
+    value, _ = bsdf.eval_pdf(np.repeat(wo, here.n, axis=1).astype(np.float32))
+    return theirs, np.broadcast_to(value, theirs.shape), compile_materials([graph]).coverage
+
+
+def lanes_of(shape, points, given):
+    """Lanes on the sheet, `points` on each face; `given` overrides what they know, face by face."""
+    n = shape.normals.shape[1]
+    up, back = np.zeros((3, n), np.float32), np.full(n, shape.behind, np.float32)
+    up[2] = 1
+    given = {
+        "ng": shape.normals, "ns": shape.normals, "wi": up, "position": shape.centres, "backfacing": back,
+    } | given  # fmt: skip
+    here = NodeLanes(
+        colors={k: np.repeat(v, points, axis=1) for k, v in shape.table.items()},
+        **{k: np.repeat(v, points, axis=-1) for k, v in given.items()},
+    )
+    slope = here.ng[0] / here.ng[2]
+    first = np.stack([np.ones_like(slope), np.zeros_like(slope), -slope])
+    here.edges = lambda: (first, first + np.array([[0.0], [1.0], [0.0]], np.float32))
+    return here
 
 
 def albedos(graph, shape, points, emission=False, **lanes):
     """(3, n) what the engine scatters in all on the sheet: mean weights over `points` of a Sobol sequence."""
     u = qmc.Sobol(3, seed=2).random(points).T.astype(np.float32).clip(0, 1 - 2**-24)
-    n = shape.normals.shape[1]
-    wi = np.zeros((3, n), np.float32)
-    wi[2] = 1
-    back = np.full(n, shape.behind, np.float32)
-    given = {"ng": shape.normals, "ns": shape.normals, "wi": wi, "position": shape.centres}
-    given |= {"backfacing": back} | lanes
-    here = NodeLanes(
-        colors={k: np.repeat(v, points, axis=1) for k, v in shape.table.items()},
-        **{k: np.repeat(v, points, axis=-1) for k, v in given.items()},
-    )
+    here = lanes_of(shape, points, lanes)
     batch = compile_materials([graph]).batches[0]
-    size = n * points
     out = Scattered(
-        np.empty((3, size), np.float32), np.empty((3, size), np.float32),
-        np.empty(size, np.float32), np.zeros(size, np.uint8),
+        np.empty((3, here.n), np.float32), np.empty((3, here.n), np.float32),
+        np.empty(here.n, np.float32), np.zeros(here.n, np.uint8),
     )  # fmt: skip
-    SliceBSDF(batch.closures(here), here).sample(np.tile(u, n), out)
+    SliceBSDF(batch.closures(here), here).sample(np.tile(u, here.n // points), out)
     emitted = batch.emission(here) if emission else None
     total = out.weight if emitted is None else out.weight + emitted
-    return total.reshape(3, n, points).mean(axis=2, dtype=np.float64)
+    return total.reshape(3, -1, points).mean(axis=2, dtype=np.float64)
