@@ -26,14 +26,15 @@ from pt_engine.scene.shading import Scattered, SliceBSDF
 class Sheet(NamedTuple):
     """Faces in rows and columns: cosines toward the viewer by column, attributes (3, rows · columns).
 
-    `behind`: seen from their back side. `aside`: only points of their first triangles are looked at, for what
-    depends on the triangle; else pixels cover their faces, which leaves less noise.
+    `behind`: seen from their back side. `edge`: for what depends on the triangle, only points of one triangle
+    are looked at, whose first edge goes along "x" (and down) or "y"; without it pixels cover their faces,
+    which leaves less noise.
     """
 
     cosines: np.ndarray
     table: dict
     behind: bool = False
-    aside: bool = False
+    edge: str = ""
 
     @property
     def normals(self):
@@ -55,11 +56,11 @@ class Sheet(NamedTuple):
         return np.stack([x.ravel(), y.ravel(), np.zeros(x.size)]).astype(np.float32)
 
 
-def sheet(cosines, behind=False, aside=False, **axes):
+def sheet(cosines, behind=False, edge="", **axes):
     """All pairs of some cosines with rows of attributes, each (rows, 3): `A=`, `B=` …"""
     cosines = np.asarray(cosines, np.float64)
     rows = {k: np.asarray(v, np.float32).reshape(-1, 3) for k, v in axes.items()}
-    return Sheet(cosines, {k: np.repeat(v.T, len(cosines), axis=1) for k, v in rows.items()}, behind, aside)
+    return Sheet(cosines, {k: np.repeat(v.T, len(cosines), axis=1) for k, v in rows.items()}, behind, edge)
 
 
 def material(kind, links, **settings):
@@ -81,7 +82,8 @@ def mesh_of(shape):
     normal, centre = shape.normals.astype(np.float64), shape.centres.astype(np.float64)
     half_x = 0.5 * np.stack([np.ones(len(normal[0])), 0 * normal[0], -normal[0] / normal[2]])
     half_y = np.array([[0.0], [0.5], [0.0]])
-    around = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    around = ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))
+    around = around[1:] if shape.edge == "y" else around[:4]
     corners = [centre + i * half_x + j * half_y for i, j in (around[::-1] if shape.behind else around)]
     points = np.stack(corners, axis=2).reshape(3, -1).T
     data = bpy.data.meshes.new("Sheet")
@@ -110,10 +112,10 @@ def scene_of(shape, made, sky):
     columns, rows = shape.size
     camera = scene.camera
     camera.data.type, camera.data.ortho_scale = "ORTHO", max(columns, rows)
-    aside = 0.2 * shape.aside
-    camera.location = (columns / 2 + aside, rows / 2 - aside, 100)
+    right, up = {"": (0.0, 0.0), "x": (0.2, -0.2), "y": (0.2, 0.2)}[shape.edge]
+    camera.location = (columns / 2 + right, rows / 2 + up, 100)
     scene.cycles.filter_width = 0.01
-    scene.cycles.pixel_filter_type = "GAUSSIAN" if shape.aside else "BOX"  # the box is always a pixel wide
+    scene.cycles.pixel_filter_type = "GAUSSIAN" if shape.edge else "BOX"  # the box is always a pixel wide
     return made
 
 
@@ -169,8 +171,9 @@ def lanes_of(shape, points, given):
         **{k: np.repeat(v, points, axis=-1) for k, v in given.items()},
     )
     slope = here.ng[0] / here.ng[2]
-    first = np.stack([np.ones_like(slope), np.zeros_like(slope), -slope])
-    here.edges = lambda: (first, first + np.array([[0.0], [1.0], [0.0]], np.float32))
+    x = np.stack([np.ones_like(slope), np.zeros_like(slope), -slope])
+    y = np.repeat(np.array([[0.0], [1.0], [0.0]], np.float32), here.n, axis=1)
+    here.edges = lambda: (y, y - x) if shape.edge == "y" else (x, x + y)
     return here
 
 
