@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ from .base import Float32
 from .film_sensitivity import NODES, REACH, transforms
 
 Complex64 = NDArray[np.complex64]
+Wave = TypeVar("Wave", NDArray[np.float32], NDArray[np.complex64])
 Reflectance = Callable[[Float32], Float32]  # of the cosine (N,): (3, N) or (1, N)
 THINNEST = 0.1  # nm; thinner films have no effect, as in Cycles
 TERMS = 3
@@ -75,12 +76,12 @@ def over_dielectric(cos: Float32, eta: Float32, film: Film) -> Float32:
     n = _index(film)
     r12, g = _amplitudes(cos, n)
     r23, _ = _amplitudes(g / n, eta / n)
-    waves = _waves(film, g)
+    waves = _waves(film, g, _real_tables())
     total = np.zeros((3, waves.shape[-1]), np.float32)
     for upper, lower in zip(r12, r23, strict=True):
         rho: Float32 = -upper * lower
         constant, scale = _airy(upper * upper, lower * lower)
-        total += constant + scale * _interference(rho, waves.real)
+        total += constant + scale * _interference(rho, waves)
     beyond = (eta - 1.0) * (eta + 1.0) + cos * cos <= 0  # as `fresnel.dielectric` has it, to the bit
     f: Float32 = np.maximum(np.clip(0.5 * total, 0.0, 1.0), beyond.astype(np.float32))
     return f
@@ -107,7 +108,7 @@ def over_conductor(cos: Float32, eta: Float32, k: Float32, film: Film) -> Float3
     """Reflectance (3, N) of metal of index η + ik, (3, N) or (3, 1) each, under a film."""
     n = _index(film)
     r12, g = _amplitudes(cos, n)
-    waves = _waves(film, g)
+    waves = _waves(film, g, _complex_tables())
     channels = []
     for c in range(3):
         reflectances, phasors = _conductor(g / n, n, eta[c], k[c])
@@ -119,7 +120,7 @@ def over_f82(cos: Float32, f0: Float32, b: Float32, film: Film) -> Float32:
     """Reflectance (3, N) of F82-tint metal (see `fresnel.f82`) under a film."""
     n = _index(film)
     r12, g = _amplitudes(cos, n)
-    waves, inner = _waves(film, g), g / n
+    waves, inner = _waves(film, g, _complex_tables()), g / n
     edge = np.minimum(fresnel.f82(np.full(1, 1.0 / 7.0, np.float32), f0, b), 1.0)
     eta, k = artists_index(f0, edge)
     channels = []
@@ -242,21 +243,29 @@ def _interference(rho: Float32 | Complex64, waves: Float32 | Complex64) -> Float
     return total
 
 
-def _waves(film: Film, g: Float32) -> Complex64:
+def _waves(film: Film, g: Float32, tables: tuple[Wave, Wave]) -> Wave:
     """S(m D) for m = 1 … TERMS, (TERMS, 3, N): D = 2 d n cosθ₂ = 2 d g, in nanometres."""
-    table = _table()
-    at = (film.thickness * g) * np.float32(2.0 * (NODES - 1) / REACH)
-    rows = []
-    for m in range(1, TERMS + 1):
-        place = np.minimum(m * at, np.float32(NODES - 1))
+    nodes, rises = tables
+    at: Float32 = (film.thickness * g) * np.float32(2.0 * (NODES - 1) / REACH)
+    waves = np.empty((TERMS, 3, at.size), nodes.dtype)
+    for m in range(TERMS):
+        place = np.minimum((m + 1) * at, np.float32(NODES - 1))
         index = np.minimum(place.astype(np.int32), NODES - 2)
-        t = place - index
-        low = table.take(index, axis=1)
-        rows.append(low + t * (table.take(index + 1, axis=1) - low))
-    return np.stack(rows)
+        t: Float32 = (place - index).astype(np.float32)
+        for c in range(3):
+            waves[m, c] = nodes[c].take(index, mode="clip") + t * rises[c].take(index, mode="clip")
+    return waves
 
 
 @cache
-def _table() -> Complex64:
-    """`transforms` in single precision."""
-    return transforms().astype(np.complex64)
+def _complex_tables() -> tuple[Complex64, Complex64]:
+    """`transforms` and its differences from node to node, in single precision."""
+    nodes = transforms()
+    return nodes.astype(np.complex64), np.diff(nodes, axis=1).astype(np.complex64)
+
+
+@cache
+def _real_tables() -> tuple[Float32, Float32]:
+    """Their real parts, which are all that dielectrics need."""
+    nodes, rises = _complex_tables()
+    return np.ascontiguousarray(nodes.real), np.ascontiguousarray(rises.real)

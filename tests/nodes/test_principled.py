@@ -261,10 +261,11 @@ def test_white_surface_keeps_its_light(roughness: float, cos: float, sockets: di
 
 ENDS = {
     "metallic": (0.0, 0.5, 1.0), "roughness": (0.0, 0.3, 1.0), "ior": (1.0, 1.5, 4.0),
-    "diffuse_roughness": (0.0, 1.0), "subsurface_weight": (0.0, 1.0), "subsurface_anisotropy": (-1.0, 0.0, 1.0),
-    "specular_ior_level": (0.0, 0.5, 1.0), "anisotropic": (0.0, 1.0), "anisotropic_rotation": (0.0, 0.3),
-    "transmission_weight": (0.0, 0.5, 1.0), "coat_weight": (0.0, 0.5, 1.0), "coat_roughness": (0.0, 0.5, 1.0),
-    "coat_ior": (1.0, 1.5, 4.0), "alpha": (0.0, 0.5, 1.0), "thin_wall": (False, True),
+    "diffuse_roughness": (0.0, 1.0), "subsurface_weight": (0.0, 1.0),
+    "subsurface_anisotropy": (-1.0, 0.0, 1.0), "specular_ior_level": (0.0, 0.5, 1.0),
+    "anisotropic": (0.0, 1.0), "anisotropic_rotation": (0.0, 0.3), "transmission_weight": (0.0, 0.5, 1.0),
+    "coat_weight": (0.0, 0.5, 1.0), "coat_roughness": (0.0, 0.5, 1.0), "coat_ior": (1.0, 1.5, 4.0),
+    "alpha": (0.0, 0.5, 1.0), "thin_wall": (False, True),
     "thin_film_thickness": (0.0, 1.0, 300.0, 1e4), "thin_film_ior": (1.0, 1.33, 3.0),
 }  # fmt: skip
 
