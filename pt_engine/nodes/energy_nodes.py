@@ -103,6 +103,15 @@ def gloss_colors(eta: Float32, tint: Float32) -> tuple[Float32, Float32]:
     return base, average
 
 
+@op(COLOR)
+def glass_average(through: Float32, eta: Float32, tint: Float32) -> Float32:
+    """What stands for the facets' colour in glass: what it lets through, or if that is black its gloss."""
+    _, average = gloss_colors.function(eta, tint)
+    black = ~(through > 0).any(axis=0)
+    out: Float32 = np.where(black, average, through).astype(np.float32, copy=False)
+    return out
+
+
 def _gloss_layer(
     has_y: bool,
     multiscatter: bool,

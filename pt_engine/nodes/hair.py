@@ -16,6 +16,7 @@ from ..core import vectors
 from .graph import NodeView
 from .inputs import true_normal
 from .ir import COLOR, FLOAT, VECTOR, Value, lane_op, op
+from .math_nodes import saturate
 from .registry import shader
 from .surface import SurfaceBuilder, is_zero
 
@@ -89,12 +90,6 @@ def varied(value: Float32, random: Float32, amount: Float32) -> Float32:
     return out
 
 
-@op(FLOAT)
-def clamped(x: Float32) -> Float32:
-    """x in [0, 1]."""
-    return np.clip(x, 0, 1)
-
-
 @op(COLOR)
 def pigments(melanin: Float32, redness: Float32) -> Float32:
     """Absorption of melanin, of which `redness` is pheomelanin; a share in [0, 1] stands for any amount."""
@@ -162,6 +157,6 @@ def coloring(n: NodeView, random: Value, around: Value) -> Value:
         return n.builder.convert(n.vector("Absorption Coefficient", (0.245531, 0.52, 1.365)), COLOR)
     if way == "COLOR":
         return n.call(absorption, n.color("Color", (0.017513, 0.005763, 0.002059)), around)
-    melanin = n.call(varied, n.float("Melanin", 0.8), random, n.call(clamped, n.float("Random Color")))
+    melanin = n.call(varied, n.float("Melanin", 0.8), random, n.call(saturate, n.float("Random Color")))
     tint = n.call(absorption, n.color("Tint", 1.0), around)
     return n.builder.add(n.call(pigments, melanin, n.float("Melanin Redness", 1.0)), tint)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..bsdfs import fresnel as law
 from ..core import vectors
 from .color_nodes import saturate_color
-from .energy_nodes import glass_gained, gloss_layer, tinted_average
+from .energy_nodes import glass_average, glass_gained, gloss_layer, tinted_average
 from .graph import NodeView
 from .ir import COLOR, FLOAT, Const, Value, lane_op, op
 from .math_nodes import at_least, saturate, select
@@ -170,7 +170,9 @@ class Layers:
         if not is_constantly(self.tint, 1):
             params["specular_tint"] = self.tint
         if self.multiscatter:
-            weight = glass_gained(n, weight, rough, eta, through, self.normal)
+            has_color = isinstance(through, Const) and bool((through.data > 0).any())
+            average = through if has_color else n.call(glass_average, through, eta, self.tint)
+            weight = glass_gained(n, weight, rough, eta, average, self.normal)
         self.out.add("dielectric", params, weight, self.normal, dirac=rough.is_smooth)
 
     def gloss(self, rough: Rough) -> None:

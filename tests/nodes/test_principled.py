@@ -172,6 +172,15 @@ def test_coat_dims_emission_and_colours_it() -> None:
     np.testing.assert_allclose(emitted[:, 0], np.array([1.0, 0.5, 0.25]) * 0.96, atol=2e-3)
 
 
+def test_black_glass_gains_what_its_gloss_would() -> None:
+    """Light between facets has the colour of what passes; of black glass, that of what is reflected."""
+    rough = {"transmission_weight": 1.0, "roughness": 1.0}
+    (black,) = compiled_closures(principled(base_color=(0.0, 0.0, 0.0), **rough), UP)
+    (dark,) = compiled_closures(principled(base_color=(1e-12, 0.0, 0.0), **rough), UP)
+    assert (black.weight > 1).all()
+    np.testing.assert_allclose(dark.weight, 1, rtol=1e-5)
+
+
 def test_glass_is_entered_and_left() -> None:
     """From behind the index is inverted; the colour is halved between the two faces."""
     behind = np.array([0, 1], np.float32)
