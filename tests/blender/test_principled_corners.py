@@ -3,7 +3,7 @@
 Rows of a sheet draw each input from its lowest, default, middle and highest values; columns are angles. Both
 sides are means of some thousand samples per pixel, which leave 0.4 % of noise but where a bright lobe is
 rarely chosen; hence 1 % for 95 of 100 values, 10 % for the rest, and 0.1 % for the mean of all. (With eight
-times as many samples all are within 0.7 %.) Sheen is tested elsewhere; subsurface scattering but in thin walls
+times as many samples all are within 0.7 %.) Sheen is tested elsewhere; subsurface scattering in solids
 is not Cycles'.
 
 Two ranges are left out, as Cycles errs there. Its thin walls of an index below 1 read memory that nothing has
