@@ -4,6 +4,7 @@ from . import (  # noqa: F401  (their import is what registers the kinds)
     color_nodes,
     eevee,
     falloff_nodes,
+    hair,
     ies_nodes,
     image_nodes,
     inputs,

@@ -63,6 +63,9 @@ class ProbeLanes:
 
     object_tangent = tangent
 
+    def edges(self) -> tuple[Float32, Float32]:
+        return self.bump_steps(1.0)
+
     def barycentric(self) -> Float32:
         return self.position[:2]
 

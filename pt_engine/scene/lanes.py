@@ -278,6 +278,13 @@ class Lanes:
         sign = np.copysign(np.float32(1), determinant)
         return vectors.normalize(along_u * sign), sign
 
+    def edges(self) -> tuple[Float32, Float32]:
+        """(3, n) world-space edges from a triangle's corner 0 to 1 and 2, turned round from behind."""
+        si, side = self.si, 1 - 2 * self.backfacing
+        both = edges(self.scene.layer("position", "").corners(si.prim, si.instance))
+        first, second = (self.to_world_vector(e) * side for e in both)
+        return first, second
+
     def barycentric(self) -> Float32:
         """(2, n) weights of the triangle's corners 1 and 2."""
         return np.stack([self.si.u, self.si.v])

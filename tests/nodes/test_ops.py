@@ -66,7 +66,9 @@ def settings(**choices: Any) -> list[dict[str, Any]]:
 
 
 GLOSSY = settings(distribution=("GGX", "MULTI_GGX", "BECKMANN"))
+HAIR = settings(parametrization=("COLOR", "MELANIN", "ABSORPTION"), model=("CHIANG", "HUANG"))
 SETTINGS: dict[str, list[dict[str, Any]]] = {
+    "BsdfHairPrincipled": HAIR,
     "Math": settings(operation=math_nodes.MATH, use_clamp=True),
     "VectorMath": settings(operation=vector_nodes.VECTOR_MATH),
     "MapRange": settings(

@@ -76,6 +76,7 @@ ATTRIBUTES = {
     "generated": lambda lanes: lanes.generated(),
     "object position": lambda lanes: lanes.object_position(),
     "tangent": lambda lanes: lanes.tangent("map")[0],
+    "edges": lambda lanes: np.stack(lanes.edges()),
     "barycentric": lambda lanes: lanes.barycentric(),
     "object random": lambda lanes: lanes.object_random(),
     "object color": lambda lanes: lanes.object_color(),
@@ -152,6 +153,18 @@ def test_object_space_and_what_hangs_on_it(hits):
     np.testing.assert_allclose(lanes.uv("map"), p[:2], atol=1e-5)
     np.testing.assert_allclose(lanes.color("paint"), p[[0, 1, 2, 0]], atol=1e-5)
     np.testing.assert_allclose(lanes.generated(), p * 0.5 + 0.5, atol=1e-5)
+
+
+def test_edges_are_the_triangles_and_turned_from_behind(hits):
+    """Corner 0 + u·(edge to 1) + v·(edge to 2) is where the ray has hit; to rounding."""
+    scene, shot, matrices, side = hits
+    lanes = lanes_of(scene, shot.si)
+    si, turned = shot.si, 1 if side == "outside" else -1
+    corner, _, _ = scene.layer("position", "").corners(si.prim, si.instance)
+    place = matrices[si.instance]
+    world = np.einsum("nij,jn->in", place[:, :3, :3], corner.astype(np.float64)) + place[:, :3, 3].T
+    first, second = (edge * turned for edge in lanes.edges())
+    np.testing.assert_allclose(world + si.u * first + si.v * second, lanes.position, atol=1e-4)
 
 
 def test_object_info(hits):
