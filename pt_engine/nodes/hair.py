@@ -68,6 +68,7 @@ def hair(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     weight = n.builder.multiply(weight, n.color("Color", 0.8))
     if is_zero(weight):
         return
+    n.approximate("as its formula has it; under a sky Cycles' sampler adds light that its evaluation lacks")
     linked = n.optional("Tangent")
     tangent = n.call(along_edge, static=(2,)) if linked is None else n.call(unit, linked)
     params = {
@@ -133,6 +134,8 @@ def principled_hair(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     huang = n.prop("model", "CHIANG") == "HUANG"
     if huang:
         n.approximate("Chiang's model instead of Huang's: round hair, all lobes at their full strength")
+    else:
+        n.approximate("on meshes Cycles drops some lamps' light, as if the normal were bumped; here it is kept")
     random, spread = n.float("Random"), n.float("Random Roughness")
     rough = n.call(varied, n.float("Roughness", 0.3), random, spread)
     around = rough if huang else n.call(varied, n.float("Radial Roughness", 0.3), random, spread)
