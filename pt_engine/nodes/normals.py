@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
-from ..scene.snapshot import Link
-from .graph import GraphReader, NodeView
-from .ir import FLOAT, VECTOR, Const, Value, lane_op, op, shift_code
+from .graph import NodeView
+from .ir import VECTOR, Const, Value, lane_op, shift_code
 from .registry import Outputs, node
 from .surface import is_zero
 from .vector_nodes import unit
@@ -82,11 +81,12 @@ def normal_map_node(n: NodeView) -> Outputs:
 # ------------------------------------------------------------------ Bump
 
 
-@lane_op(VECTOR, reads="position")
+@lane_op(VECTOR, reads=lambda invert, width, rest: ("position", "footprint", *["rest"] * rest))
 def bump(
     lanes: Any,
     invert: bool,
     width: float,
+    rest: bool,
     height: Float32,
     height_x: Float32,
     height_y: Float32,
@@ -101,6 +101,8 @@ def bump(
     """
     n = normal[0] if normal else lanes.ns
     dx, dy = lanes.bump_steps(width)
+    if rest:  # Cycles does this one in object space
+        n, dx, dy = unit(lanes.to_object_normal(n)), lanes.to_object_vector(dx), lanes.to_object_vector(dy)
     rx, ry = vectors.cross(dy, n), vectors.cross(n, dx)
     det = vectors.dot(dx, rx)
     gradient = (height_x - height) * rx + (height_y - height) * ry
@@ -108,6 +110,8 @@ def bump(
     bent = unit(np.abs(det) * n - scale * gradient)
     s = np.maximum(strength, 0)
     out = unit(s * bent + (1 - s) * n)
+    if rest:
+        out, n = unit(lanes.to_world_normal(out)), lanes.ns
     return usable(out, n)
 
 
@@ -138,7 +142,7 @@ def bump_node(n: NodeView) -> Outputs:
     width = filter_width(n)
     heights: list[Value] = [n.shifted_float("Height", shift) for shift in shifts(width)]
     extra = () if normal is None else (normal,)
-    static = (bool(n.prop("invert", False)), width)
+    static = (bool(n.prop("invert", False)), width, False)
     return {"Normal": n.call(bump, *heights, strength, distance, *extra, static=static)}
 
 
@@ -146,76 +150,6 @@ def bump_node(n: NodeView) -> Outputs:
 def bevel_node(n: NodeView) -> Outputs:
     n.ignored("edges stay sharp")
     return {"Normal": n.normal()}
-
-
-# ------------------------------------------------------------------ displacement, seen as bump
-
-
-@lane_op(VECTOR, moves=True)
-def displacement(lanes: Any, in_object: bool, height: Float32, *normal: Float32) -> Float32:
-    """A step of `height` along the normal; in object space it grows with the object's scale."""
-    n = normal[0] if normal else lanes.ns
-    if not in_object:
-        return height * n
-    along = unit(lanes.to_object_normal(np.ascontiguousarray(np.broadcast_to(n, (3, lanes.n)))))
-    step: Float32 = lanes.to_world_vector(along * height)
-    return step
-
-
-@op(FLOAT)
-def displacement_height(height: Float32, midlevel: Float32, scale: Float32) -> Float32:
-    """(height − midlevel)·scale."""
-    amount: Float32 = (height - midlevel) * scale
-    return amount
-
-
-@node("Displacement")
-def displacement_node(n: NodeView) -> Outputs:
-    names = (("Height", 0.0), ("Midlevel", 0.5), ("Scale", 0.01))
-    height = n.call(displacement_height, *(n.float(name, default) for name, default in names))
-    linked = n.optional("Normal")
-    extra = () if linked is None else (linked,)
-    static = (n.prop("space", "OBJECT") == "OBJECT",)
-    return {"Displacement": n.call(displacement, height, *extra, static=static)}
-
-
-@lane_op(VECTOR, moves=True)
-def vector_displacement(
-    lanes: Any, space: str, vector: Float32, midlevel: Float32, scale: Float32
-) -> Float32:
-    """A displacement vector in tangent, object or world space; of tangent space only its height counts."""
-    moved = np.ascontiguousarray(np.broadcast_to((vector - midlevel) * scale, (3, lanes.n)))
-    if space == "WORLD":
-        return moved
-    step: Float32 = lanes.to_world_vector(moved) if space == "OBJECT" else lanes.ns * moved[1]
-    return step
-
-
-@node("VectorDisplacement")
-def vector_displacement_node(n: NodeView) -> Outputs:
-    space = str(n.prop("space", "TANGENT"))
-    inputs = n.vector("Vector"), n.float("Midlevel"), n.float("Scale", 0.01)
-    return {"Displacement": n.call(vector_displacement, *inputs, static=(space,))}
-
-
-@lane_op(FLOAT, moves=True)
-def along_normal(lanes: Any, moved: Float32) -> Float32:
-    """How far a displacement goes along the shading normal."""
-    height: Float32 = vectors.dot(moved, lanes.ns)
-    return height
-
-
-def displaced_normal(reader: GraphReader, link: Link) -> Value | None:
-    """The shading normal of a surface whose displacement is only shaded, not moved."""
-    heights: list[Value] = []
-    for shift in shifts(FILTER_WIDTH):
-        moved = reader.value(link, shift)
-        if moved is None:
-            return None
-        moved = reader.builder.convert(moved, VECTOR)
-        heights.append(reader.builder.call(along_normal, moved, shift=shift)[0])
-    one = reader.builder.one
-    return reader.builder.call(bump, *heights, one, one, static=(False, FILTER_WIDTH))[0]
 
 
 # ------------------------------------------------------------------ normals for closures

@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
+from ..nodes.ir import REST
 from .accel import Hits
 from .geometry import BOUND, EMITTER, INSTANCE, NORMAL, PLANE, Geometry
 from .moved import moved, steps
+from .rest import at_rest, rest_steps
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -156,6 +158,8 @@ class Lanes:
         Whether the slice lies on geometry with shading normals.
     """
 
+    displaced: Lanes | None = None  # where these lanes are those before displacement: those after it
+
     def __init__(self, scene: Scene, si: Surface, path: Arrival, smooth: bool) -> None:
         self.scene, self.si, self.smooth, self._path = scene, si, smooth, path
         self.n = si.size
@@ -260,7 +264,8 @@ class Lanes:
     def object_tangent(self, uv_name: str) -> tuple[Float32, Float32]:
         """Object-space unit direction of growing u in the triangle, and the sign of the bitangent."""
         si = self.si
-        e1, e2 = edges(self.scene.layer("position", "").corners(si.prim, si.instance))
+        shape = "position" if self.displaced is None else "rest"
+        e1, e2 = edges(self.scene.layer(shape, "").corners(si.prim, si.instance))
         d1, d2 = edges(self.scene.layer("uv", uv_name).corners(si.prim, si.instance))
         along_u = e1 * d2[1] - e2 * d1[1]  # dp/du times the determinant
         determinant = d1[0] * d2[1] - d1[1] * d2[0]
@@ -273,10 +278,15 @@ class Lanes:
 
     def bump_steps(self, width: float) -> tuple[Float32, Float32]:
         """Two small steps (3, n) along the faces, `width` of a pixel long, for Bump."""
-        return steps(self, width)
+        return steps(self, width) if self.displaced is None else rest_steps(self, self.displaced, width)
 
     def shifted(self, axis: int, width: float) -> Lanes:
-        """The lanes one such step along; `axis` 1 or 2. Needs the "position" layer."""
+        """The lanes one such step along; `axis` 1 or 2. Needs the "position" layer.
+
+        4, 5 and 6 are the lanes before displacement, and one step along there.
+        """
+        if axis & REST:
+            return at_rest(self, axis & 3, width)
         return moved(self, self.bump_steps(width)[axis - 1])
 
     def object_random(self) -> Float32:

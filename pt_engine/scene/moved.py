@@ -30,8 +30,8 @@ def steps(lanes: Lanes, width: float) -> tuple[Float32, Float32]:
     return a * length, vectors.cross(n, a) * length
 
 
-def moved(lanes: Lanes, step: Float32) -> Lanes:
-    """The lanes with positions and barycentrics changed by a world-space step in their triangles' planes.
+def across(lanes: Lanes, step: Float32) -> tuple[Float32, Float32]:
+    """What a world-space step in the triangles' planes adds to the barycentrics, (n,) each.
 
     du e1 + dv e2 = step in object space, so du = (step × e2)·n / n² and dv = (e1 × step)·n / n² with
     n = e1 × e2.
@@ -43,12 +43,17 @@ def moved(lanes: Lanes, step: Float32) -> Lanes:
     area = vectors.dot(n, n)
     scale = (area > 0) / (area + (area == 0))
     inside = lanes.to_object_vector(step)
+    du = vectors.dot(vectors.cross(inside, e2), n) * scale
+    return du, vectors.dot(vectors.cross(e1, inside), n) * scale
+
+
+def moved(lanes: Lanes, step: Float32) -> Lanes:
+    """The lanes with positions and barycentrics changed by a world-space step in their triangles' planes."""
+    si = lanes.si
+    du, dv = across(lanes, step)
     there = copy.copy(si)
     there.p = si.p + step
-    there.moved_uv = (
-        si.u + vectors.dot(vectors.cross(inside, e2), n) * scale,
-        si.v + vectors.dot(vectors.cross(e1, inside), n) * scale,
-    )
+    there.moved_uv = (si.u + du, si.v + dv)
     out = copy.copy(lanes)
     out.__dict__.pop("ns", None)
     out.si, out.p = there, there.p

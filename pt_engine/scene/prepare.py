@@ -17,6 +17,7 @@ from ..nodes.coverage import IGNORED, Coverage
 from ..nodes.world import WorldProgram, compile_light, compile_world
 from .accel import Accel
 from .attributes import Layer, color_layer, generated_layer, normal_layer, position_layer, uv_layer
+from .displace import displaced
 from .features import features
 from .geometry import BOUND, Geometry, pack, place
 from .lanes import SkyLanes
@@ -39,6 +40,8 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
     started = time.perf_counter()
     materials = compile_materials(snapshot.materials, snapshot.images, snapshot.ocio_config)
     world = compile_world(snapshot.world, snapshot.images, snapshot.ocio_config)
+    rest = snapshot
+    snapshot = displaced(snapshot, materials, shading_layers)
     placed = place(snapshot)
     accel = Accel(placed.vertices, placed.triangles)
     geometry = pack(snapshot, placed)
@@ -55,7 +58,9 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
         geometry.radius,
     )
     geometry.release()
-    layers = shading_layers(snapshot, geometry, materials)
+    layers = shading_layers(snapshot, geometry, materials.needs)
+    if "rest" in materials.needs:
+        layers |= rest_layers(rest, geometry)
     scene = Scene(geometry, accel, snapshot.instances, layers, materials, world, lights, film_transparent)
     scene.emissive_prim = prim
     scene.material_names = tuple(graph.name for graph in snapshot.materials)
@@ -109,14 +114,14 @@ def environment(world: WorldProgram) -> Environment | None:
 
 
 def shading_layers(
-    snapshot: Snapshot, geometry: Geometry, materials: Materials
+    snapshot: Snapshot, geometry: Geometry, needs: frozenset[str]
 ) -> dict[tuple[str, str], Layer]:
     """The attribute tables that some material's program reads, and the normals where anything is smooth."""
     layers: dict[tuple[str, str], Layer] = {}
     normals = normal_layer(snapshot, geometry)
     if normals is not None:
         layers["normal", ""] = normals
-    for need in materials.needs:
+    for need in needs:
         kind, _, name = need.partition(":")
         if kind in ("uv", "tangent"):
             layers["uv", name] = uv_layer(snapshot, geometry, name)
@@ -129,6 +134,13 @@ def shading_layers(
         elif kind == "generated":
             layers["generated", ""] = generated_layer(snapshot, geometry)
     return layers
+
+
+def rest_layers(snapshot: Snapshot, geometry: Geometry) -> dict[tuple[str, str], Layer]:
+    """Positions and normals of the meshes before displacement."""
+    normals = normal_layer(snapshot, geometry)
+    layers = {("rest", ""): position_layer(snapshot, geometry)}
+    return layers if normals is None else {**layers, ("rest_normal", ""): normals}
 
 
 def coverage(snapshot: Snapshot, scene: Scene, lamps: list[Coverage]) -> list[Coverage]:
