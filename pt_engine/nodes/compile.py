@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.snapshot import Graph, ImageData, Link
+from ..scene.snapshot import Graph, ImageData
 from ..textures.images import TextureStore
 from . import catalogue as catalogue  # fills the registry
 from .batch import Batch, Plan, plan
-from .coverage import APPROXIMATE, IGNORED, Coverage, CoverageLog
+from .coverage import IGNORED, Coverage, CoverageLog
 from .displacement import displaced_normal, displacement_entry, moves_vertices
 from .graph import GraphReader
 from .ir import Builder
@@ -101,7 +101,6 @@ def read_surface(graph: Graph, textures: TextureStore, log: CoverageLog) -> Surf
     moved = graph.outputs.get("Displacement")
     if moved is not None and graph.displacement_method != "DISPLACEMENT":
         reader.surface_normal = displaced_normal(reader, moved)
-        note_displacement(graph, moved, log)
     link = graph.outputs.get("Surface")
     if link is not None:
         reader.closures(link, builder.one, out)
@@ -115,14 +114,6 @@ def read_displacement(graph: Graph, textures: TextureStore, log: CoverageLog) ->
     if not moves_vertices(graph):
         return None
     return displacement_entry(GraphReader(graph, Builder(), textures, log), graph.outputs["Displacement"])
-
-
-def note_displacement(graph: Graph, link: Link, log: CoverageLog) -> None:
-    """Say how a displacement is shaded."""
-    if not 0 <= link.node < len(graph.nodes):
-        return
-    name = graph.nodes[link.node].name
-    log.note(name, APPROXIMATE, "heights differ over the camera pixel's footprint, after bounces too")
 
 
 def note_other_outputs(graph: Graph, log: CoverageLog) -> None:

@@ -97,7 +97,8 @@ def bump(
     """The normal of the surface raised by height · distance, mixed in by strength.
 
     N' = |det|·N − distance·sign(det)·(Δh_x R_x + Δh_y R_y), R_x = dy × N, R_y = N × dx, det = dx·R_x
-    (Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU"), the steps `width` of a pixel long.
+    (Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU"), the steps `width` of the ray's width
+    long.
     """
     n = normal[0] if normal else lanes.ns
     dx, dy = lanes.bump_steps(width)
@@ -109,7 +110,7 @@ def bump(
     scale = (-distance if invert else distance) * np.copysign(np.float32(1), det)
     bent = unit(np.abs(det) * n - scale * gradient)
     s = np.maximum(strength, 0)
-    out = unit(s * bent + (1 - s) * n)
+    out = unit(s * usable(bent, n) + (1 - s) * n)
     if rest:
         out, n = unit(lanes.to_world_normal(out)), lanes.ns
     return usable(out, n)
@@ -138,7 +139,6 @@ def bump_node(n: NodeView) -> Outputs:
     strength, distance = n.float("Strength", 1.0), n.float("Distance", 0.1)
     if n.linked("Height") is None or is_zero(strength) or is_zero(distance) or n.reader.world:
         return {"Normal": normal}
-    n.approximate("heights differ over the camera pixel's footprint, after bounces too")
     width = filter_width(n)
     heights: list[Value] = [n.shifted_float("Height", shift) for shift in shifts(width)]
     extra = () if normal is None else (normal,)

@@ -56,8 +56,11 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         Distance since the last real bounce, through transparent surfaces.
     kind, depth, passed : (N,) int32
         `RayKind` bits; real bounces and transparent surfaces so far.
+    radius, spread : (N,) float32, or None
+        Of the ray's cone where the last segment began, where it is tracked: Cycles' compact ray
+        differentials (Igehy 1999). No bounce changes how it widens.
 
-    Only scenes in which somebody asks (`Scene.tracks_history`) carry the last four lane by lane.
+    Only scenes in which somebody asks (`Scene.tracks_history`) carry the last six lane by lane.
     """
 
     beta: Float32
@@ -69,7 +72,9 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     _history: dict[str, NDArray[Any]] | None  # None: all lanes are alike
 
     @classmethod
-    def start(cls, sampler: LaneSampler, tracked: bool) -> PathState:
+    def start(
+        cls, sampler: LaneSampler, tracked: bool, footprint: tuple[Float32, Float32] | None = None
+    ) -> PathState:
         """Camera paths: β = 1, L = 0, and a Dirac density, since no emitter sample competes."""
         n = sampler.state.shape[1]
         path = cls.empty(n)
@@ -79,6 +84,8 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         path.bounces, path._history = 0, None
         if tracked:
             path._history = {name: path._column(name).copy() for name in HISTORY}
+            if footprint is not None:
+                path._history["radius"], path._history["spread"] = footprint
         return path
 
     def _column(self, name: str) -> NDArray[Any]:
@@ -104,6 +111,14 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     @property
     def travelled(self) -> Float32:
         return self._column("travelled")
+
+    @property
+    def radius(self) -> Float32 | None:
+        return (self._history or {}).get("radius")
+
+    @property
+    def spread(self) -> Float32 | None:
+        return (self._history or {}).get("spread")
 
     def take(self, index: NDArray[np.intp]) -> PathState:
         """The paths at `index`, in that order. The density is not carried: it was for this hit."""
@@ -139,6 +154,8 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
             self._history["kind"] = KIND_OF_LOBE.take(to.lobe)
             self._history["depth"] = self._history["depth"] + 1
             self._history["travelled"] = np.zeros(self.size, np.float32)
+            if "radius" in self._history:
+                self._history["radius"] = self._history["radius"] + self._history["spread"] * si.t
         return leave(si, to.wo)
 
     def go_on(self, scene: Scene, si: Surface, to: Scattered, max_depth: int) -> Rays:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cameras import make_camera
+from ..core import vectors
 from ..emitters.lights import Lights
 from ..nodes.world import compile_world
 from .accel import Accel, Hits
@@ -133,7 +134,10 @@ def vertex_lanes(scene: Scene, triangle: Int32, corner: Int32) -> Lanes:
     normal = np.ascontiguousarray(geometry.planes(triangle)[:3])
     everywhere = np.arange(len(triangle))
     si = Surface(geometry, Hits(np.zeros_like(u), u, v, triangle), everywhere, at, -normal)
-    lanes = Lanes(scene, si, Arrivals.by(0, si.size), smooth=True)
+    a, b, c = (geometry.vertices[geometry.triangles[triangle, k]].T for k in range(3))
+    size = 0.5 * (vectors.length(b - a) + vectors.length(c - a))  # how far Bump's steps go here
+    came = Arrivals.by(0, si.size)._replace(radius=size, spread=np.zeros_like(size))
+    lanes = Lanes(scene, si, came, smooth=True)
     si.wi = lanes.wi = lanes.ns
     return lanes
 

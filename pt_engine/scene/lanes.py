@@ -124,6 +124,10 @@ class Arrival(Protocol):
     def depth(self) -> Int32: ...
     @property
     def passed(self) -> Int32: ...
+    @property
+    def radius(self) -> Float32 | None: ...
+    @property
+    def spread(self) -> Float32 | None: ...
 
 
 class Arrivals(NamedTuple):
@@ -132,6 +136,8 @@ class Arrivals(NamedTuple):
     kind: Int32
     depth: Int32
     passed: Int32
+    radius: Float32 | None = None  # of the ray's cone and how it widens; None: a camera pixel's
+    spread: Float32 | None = None
 
     @classmethod
     def by(cls, kind: int, n: int) -> Arrivals:
@@ -141,7 +147,7 @@ class Arrivals(NamedTuple):
 
     def take(self, index: NDArray[np.intp]) -> Arrivals:
         """Some of them."""
-        return Arrivals(*(row.take(index) for row in self))
+        return Arrivals._make(None if row is None else row.take(index) for row in self)
 
 
 class Lanes:
@@ -189,6 +195,14 @@ class Lanes:
     def ray_length(self) -> Float32:
         """(n,) length of the ray that arrived."""
         return self.si.t
+
+    @cached_property
+    def footprint(self) -> Float32:
+        """(n,) width of the ray that arrived, where it arrived."""
+        radius, spread = self._path.radius, self._path.spread
+        if radius is None or spread is None:
+            return np.float32(self.scene.pixel_angle) * self.ray_length
+        return radius + spread * self.si.t
 
     @property
     def position(self) -> Float32:

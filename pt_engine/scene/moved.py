@@ -20,13 +20,13 @@ DIAGONAL: Float32 = np.array([[0.5**0.5], [-(0.5**0.5)], [0]], np.float32)
 
 
 def steps(lanes: Lanes, width: float) -> tuple[Float32, Float32]:
-    """Two steps (3, n) along the face, `width` of a pixel long, that with `ng` are a right-handed frame."""
+    """Two steps (3, n) along the face, `width` of the ray's, that with `ng` are a right-handed frame."""
     n = lanes.ng
     a: Float32 = np.stack([n[2] - n[1], n[0] - n[2], n[1] - n[0]])  # (1, 1, 1) × n
     size = vectors.length(a)
     poor = (size < 1e-3).astype(np.float32)
     a = a * ((1 - poor) / (size + poor)) + poor * DIAGONAL
-    length = np.float32(width * lanes.scene.pixel_angle) * np.minimum(lanes.ray_length, LONGEST)
+    length = np.float32(width) * np.minimum(lanes.footprint, LONGEST)
     return a * length, vectors.cross(n, a) * length
 
 

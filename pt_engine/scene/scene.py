@@ -85,7 +85,8 @@ class Intersection(NamedTuple):
 
 def arrivals(path: PathState, lanes: NDArray[np.intp]) -> Arrivals:
     """How the rays of some lanes came to where they are."""
-    return Arrivals(path.kind.take(lanes), path.depth.take(lanes), path.passed.take(lanes))
+    came = Arrivals(path.kind, path.depth, path.passed, path.radius, path.spread)
+    return came.take(lanes)
 
 
 class Group(NamedTuple):
@@ -133,9 +134,10 @@ class Scene:
         self.alpha: Float32 | None = None
         self._make_groups()
 
-    def with_pixels(self, width: int) -> Scene:
-        """The same scene for an image `width` pixels wide: how fine shading has to look (Bump's steps)."""
+    def with_pixels(self, width: int, height: int) -> Scene:
+        """The same scene for an image of this size: how fine shading has to look (Bump's steps)."""
         scene, data = copy.copy(self), self.camera.data
+        scene.camera = self.camera.at_resolution(width, height)
         if data.kind == "PERSP":
             scene.pixel_angle = (data.frame[1] - data.frame[0]) / width
         elif data.kind == "PANO":
@@ -176,11 +178,16 @@ class Scene:
         needs = self.world.needs.union(*(batch.needs for batch in self.used_batches))
         reads_path = bool(needs & {"ray_kind", "depth", "transparent_depth"})
         # without these, nobody asks what became of a path before
-        self.tracks_history = self.transparent_surfaces or reads_path
+        self.tracks_footprint = "footprint" in needs
+        self.tracks_history = self.transparent_surfaces or reads_path or self.tracks_footprint
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
         return self._layers[kind, name]
+
+    def footprint(self, rays: Rays) -> tuple[Float32, Float32] | None:
+        """How wide camera rays are, and how they widen, where somebody asks."""
+        return self.camera.footprint(rays.d) if self.tracks_footprint else None
 
     # ------------------------------------------------------------------ the ray's end
 
@@ -315,9 +322,9 @@ class Scene:
         hits = Hits(distance, light.barycentric[0], light.barycentric[1], prim)
         at = Surface(self.geometry, hits, np.arange(len(lanes)), si.p.take(lanes, axis=1), wo)
         before = arrivals(path, lanes)
-        came = Arrivals(
-            np.full_like(before.kind, RayKind.DIFFUSE | RayKind.REFLECTION), before.depth + 1, before.passed
-        )
+        kind = np.full_like(before.kind, RayKind.DIFFUSE | RayKind.REFLECTION)
+        point = np.zeros(len(lanes), np.float32)  # a sampled place has no width
+        came = Arrivals(kind, before.depth + 1, before.passed, point, point)
         return self._evaluated_radiance(at, came, self.geometry.surface_material.take(at.surface))
 
     def unoccluded(self, si: Surface, light: LightSample, contribution: Float32, limit: int) -> Float32:

@@ -105,12 +105,22 @@ CASES = [
         case("NormalMap", "Normal", links={"Color": (0.6, 0.3, 0.9, 1), "Strength": 0.7}, space=space)
         for space in ("OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD")
     ),
-    # approximate: tangents per triangle, height differences over a step of our own
+    # approximate: tangents per triangle
     case("NormalMap", "Normal", 0.12, 0.05, links={"Color": (0.6, 0.3, 0.9, 1), "Strength": 0.7}),
     case("Tangent", "Tangent", 0.12, 0.05, direction_type="UV_MAP"),
+    # Cycles looks within 1/200 of a pixel of the centre, Bump's step is 1/10 long
+    *(
+        case("Bump", "Normal", 0.03, 0.02, links={"Height": ("TexNoise", "Fac"), **links})
+        for links in (
+            {"Normal": ("NewGeometry", "True Normal"), "Distance": 0.3},
+            {"Normal": ("TexCoord", "Object"), "Distance": -0.3},
+            {"Strength": 1.7, "Filter Width": 3.0},
+            {"Strength": ("TexWave", "Fac"), "Distance": ("TexWave", "Fac")},
+        )
+    ),
     *(
         case(
-            "Bump", "Normal", 0.08, 0.02, links={"Height": source, "Distance": 0.2, "Strength": 0.8}, **invert
+            "Bump", "Normal", 0.03, 0.02, links={"Height": source, "Distance": 0.2, "Strength": 0.8}, **invert
         )
         for source in (
             ("TexNoise", "Fac"),

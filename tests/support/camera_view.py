@@ -2,14 +2,13 @@
 
 import tempfile
 from pathlib import Path
-from types import SimpleNamespace
 
 import bpy
 import numpy as np
 from support.bpy_scenes import export
 
 from pt_engine.core.raykind import RayKind
-from pt_engine.scene.lanes import Lanes
+from pt_engine.scene.lanes import Arrivals, Lanes
 from pt_engine.scene.prepare import prepare
 from pt_engine.scene.scene import Rays
 
@@ -43,14 +42,13 @@ def cycles(scene):
 
 def ours(sample=0.5):
     """(3, n) our emission at the pixels' centres."""
-    scene = prepare(export())
-    left, right, *_ = scene.camera.data.frame
-    scene.pixel_angle = (right - left) / SIZE
+    scene = prepare(export()).with_pixels(SIZE, SIZE)
     y, x = np.mgrid[0:SIZE, 0:SIZE]
     raster = (np.stack([x.ravel(), y.ravel()]) + sample).astype(np.float32)
-    rays = scene.camera.at_resolution(SIZE, SIZE).rays(raster)
+    rays = scene.camera.rays(raster)
     rays = Rays(rays.o, rays.d, rays.tfar)
     found = scene.intersect(rays)
+    radius, spread = scene.camera.footprint(rays.d)
     out = np.zeros((3, SIZE * SIZE), np.float32)
     for smooth in (False, True):
         on = scene.geometry.surface_smooth.take(found.surface) == smooth
@@ -58,7 +56,8 @@ def ours(sample=0.5):
         si = scene.surface(rays, found, lanes)
         kind = np.full(len(lanes), RayKind.CAMERA, np.int32)
         zero = np.zeros(len(lanes), np.int32)
-        here = Lanes(scene, si, SimpleNamespace(kind=kind, depth=zero, passed=zero), smooth)
+        came = Arrivals(kind, zero, zero, radius.take(lanes), spread.take(lanes))
+        here = Lanes(scene, si, came, smooth)
         batch = scene.materials.batches[scene.materials.batch_of[here.material[0]]]
         value = batch.emission(here)
         if value is not None:
