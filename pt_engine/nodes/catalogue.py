@@ -12,6 +12,7 @@ from . import (  # noqa: F401  (their import is what registers the kinds)
     principled,
     ramps,
     shaders,
+    traced,
     vector_nodes,
     voronoi_nodes,
 )

@@ -146,12 +146,6 @@ def bump_node(n: NodeView) -> Outputs:
     return {"Normal": n.call(bump, *heights, strength, distance, *extra, static=static)}
 
 
-@node("Bevel")
-def bevel_node(n: NodeView) -> Outputs:
-    n.ignored("edges stay sharp")
-    return {"Normal": n.normal()}
-
-
 # ------------------------------------------------------------------ normals for closures
 
 

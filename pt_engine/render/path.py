@@ -26,7 +26,7 @@ class PathActive(Integrator):
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
         # Loop state, one column per living path:
         path = PathState.start(
-            sampler, scene.tracks_history, scene.footprint(rays)
+            sampler, scene.tracks_history, scene.history(rays)
         )  # β throughput 1, L radiance 0, pdf ∞ (Dirac)
         front = Wavefront(self, scene, path.size)  # keeps L of paths that have ended
 

@@ -22,9 +22,10 @@ from ..core import vectors
 from ..emitters.lights import Lights
 from ..nodes.world import compile_world
 from .accel import Accel, Hits
+from .arrivals import Arrivals
 from .attributes import Layer
 from .geometry import Geometry, chunks, flatten
-from .lanes import Arrivals, Lanes, Surface
+from .lanes import Lanes, Surface
 from .scene import Scene
 from .snapshot import Instances, MeshData, Snapshot
 from .vertex_normals import angle_weighted, face_normals, mean_of_faces, unit_rows

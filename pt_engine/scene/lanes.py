@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,12 @@ from numpy.typing import NDArray
 from ..core import vectors
 from ..nodes.ir import REST
 from .accel import Hits
+from .arrivals import Arrival
+from .bevel import bevelled
 from .geometry import BOUND, EMITTER, INSTANCE, NORMAL, PLANE, Geometry
 from .moved import moved, steps
 from .rest import at_rest, rest_steps
+from .tracing import open_share
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -115,41 +118,6 @@ class Surface:
         return (self.facing < 0).astype(np.float32)
 
 
-class Arrival(Protocol):
-    """How rays came to a point: what `PathState` knows of it."""
-
-    @property
-    def kind(self) -> Int32: ...
-    @property
-    def depth(self) -> Int32: ...
-    @property
-    def passed(self) -> Int32: ...
-    @property
-    def radius(self) -> Float32 | None: ...
-    @property
-    def spread(self) -> Float32 | None: ...
-
-
-class Arrivals(NamedTuple):
-    """How some rays came, apart from their paths."""
-
-    kind: Int32
-    depth: Int32
-    passed: Int32
-    radius: Float32 | None = None  # of the ray's cone and how it widens; None: a camera pixel's
-    spread: Float32 | None = None
-
-    @classmethod
-    def by(cls, kind: int, n: int) -> Arrivals:
-        """`n` rays of one kind that have met nothing before."""
-        zero = np.zeros(n, np.int32)
-        return cls(np.full(n, kind, np.int32), zero, zero)
-
-    def take(self, index: NDArray[np.intp]) -> Arrivals:
-        """Some of them."""
-        return Arrivals._make(None if row is None else row.take(index) for row in self)
-
-
 class Lanes:
     """A slice of lanes on surfaces of one batch, for shader programs.
 
@@ -195,6 +163,24 @@ class Lanes:
     def ray_length(self) -> Float32:
         """(n,) length of the ray that arrived."""
         return self.si.t
+
+    @property
+    def sharpness(self) -> Float32 | None:
+        """(n,) smallest density among the path's directions so far; None where it is not tracked."""
+        return self._path.sharpness
+
+    @property
+    def noise(self) -> NDArray[np.uint32] | None:
+        """(2, n) what `core.keyed` makes random numbers of; None where there are none."""
+        return self._path.noise
+
+    def open_share(self, normal: Float32, distance: Float32, samples: int, local: bool, key: int) -> Float32:
+        """(n,) see `tracing.open_share`."""
+        return open_share(self, normal, distance, samples, local, key)
+
+    def bevelled(self, radius: Float32, samples: int, key: int) -> Float32:
+        """(3, n) see `bevel.bevelled`."""
+        return bevelled(self, radius, samples, key)
 
     @cached_property
     def footprint(self) -> Float32:

@@ -21,13 +21,18 @@ DIAGONAL: Float32 = np.array([[0.5**0.5], [-(0.5**0.5)], [0]], np.float32)
 
 def steps(lanes: Lanes, width: float) -> tuple[Float32, Float32]:
     """Two steps (3, n) along the face, `width` of the ray's, that with `ng` are a right-handed frame."""
-    n = lanes.ng
-    a: Float32 = np.stack([n[2] - n[1], n[0] - n[2], n[1] - n[0]])  # (1, 1, 1) × n
+    a, b = tangents(lanes.ng)
+    length = np.float32(width) * np.minimum(lanes.footprint, LONGEST)
+    return a * length, b * length
+
+
+def tangents(n: Float32) -> tuple[Float32, Float32]:
+    """Two unit tangents (3, n) that with unit normals are Cycles' frame: the first along (1, 1, 1) × n."""
+    a: Float32 = np.stack([n[2] - n[1], n[0] - n[2], n[1] - n[0]])
     size = vectors.length(a)
     poor = (size < 1e-3).astype(np.float32)
     a = a * ((1 - poor) / (size + poor)) + poor * DIAGONAL
-    length = np.float32(width) * np.minimum(lanes.footprint, LONGEST)
-    return a * length, vectors.cross(n, a) * length
+    return a, vectors.cross(n, a)
 
 
 def across(lanes: Lanes, step: Float32) -> tuple[Float32, Float32]:

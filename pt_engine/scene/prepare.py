@@ -21,6 +21,7 @@ from .displace import displaced
 from .features import features
 from .geometry import BOUND, Geometry, pack, place
 from .lanes import SkyLanes
+from .own import OwnObjects, looking_at_themselves
 from .scene import Scene
 from .snapshot import Snapshot, Visibility
 
@@ -44,6 +45,8 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
     snapshot = displaced(snapshot, materials, shading_layers)
     placed = place(snapshot)
     accel = Accel(placed.vertices, placed.triangles)
+    selves = looking_at_themselves(snapshot, materials)
+    own = OwnObjects(placed, selves) if selves else None
     geometry = pack(snapshot, placed)
     prim, triangles = emissive_triangles(geometry, materials)
     lamp_programs = [
@@ -62,7 +65,7 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
     if "rest" in materials.needs:
         layers |= rest_layers(rest, geometry)
     scene = Scene(geometry, accel, snapshot.instances, layers, materials, world, lights, film_transparent)
-    scene.emissive_prim = prim
+    scene.emissive_prim, scene.own = prim, own
     scene.material_names = tuple(graph.name for graph in snapshot.materials)
     scene.camera = make_camera(snapshot.camera, geometry.origin)
     scene.exposure = snapshot.exposure

@@ -19,9 +19,10 @@ from ..core import vectors
 from ..core.raykind import RayKind
 from ..emitters.lights import Lights, LightSample
 from .accel import FAR, Accel, Hits
+from .arrivals import Arrivals
 from .attributes import Layer
 from .geometry import SKY, Geometry
-from .lanes import Arrivals, Lanes, SkyLanes, Surface
+from .lanes import Lanes, SkyLanes, Surface
 from .shading import ShadedBSDF, SliceBSDF
 from .snapshot import Instances
 from .transforms import Transforms
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from ..nodes.coverage import Coverage
     from ..nodes.world import WorldProgram
     from ..render.path_state import PathState
+    from .own import OwnObjects
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -85,8 +87,8 @@ class Intersection(NamedTuple):
 
 def arrivals(path: PathState, lanes: NDArray[np.intp]) -> Arrivals:
     """How the rays of some lanes came to where they are."""
-    came = Arrivals(path.kind, path.depth, path.passed, path.radius, path.spread)
-    return came.take(lanes)
+    rows = path.kind, path.depth, path.passed, path.radius, path.spread, path.sharpness, path.noise
+    return Arrivals(*rows).take(lanes)
 
 
 class Group(NamedTuple):
@@ -107,6 +109,7 @@ class Scene:
     coverage: list[Coverage]
     build_seconds: float
     emissive_prim: Int32
+    own: OwnObjects | None = None  # where some material traces rays within its own object
     material_names: tuple[str, ...]
 
     def __init__(
@@ -178,16 +181,21 @@ class Scene:
         needs = self.world.needs.union(*(batch.needs for batch in self.used_batches))
         reads_path = bool(needs & {"ray_kind", "depth", "transparent_depth"})
         # without these, nobody asks what became of a path before
-        self.tracks_footprint = "footprint" in needs
-        self.tracks_history = self.transparent_surfaces or reads_path or self.tracks_footprint
+        self.extra_history = needs & {"footprint", "sharpness"}
+        self.tracks_history = self.transparent_surfaces or reads_path or bool(self.extra_history)
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
         return self._layers[kind, name]
 
-    def footprint(self, rays: Rays) -> tuple[Float32, Float32] | None:
-        """How wide camera rays are, and how they widen, where somebody asks."""
-        return self.camera.footprint(rays.d) if self.tracks_footprint else None
+    def history(self, rays: Rays) -> dict[str, Float32]:
+        """What somebody asks of camera paths, beside what `PathState` knows itself."""
+        rows: dict[str, Float32] = {}
+        if "footprint" in self.extra_history:
+            rows["radius"], rows["spread"] = self.camera.footprint(rays.d)
+        if "sharpness" in self.extra_history:
+            rows["sharpness"] = np.full(rays.d.shape[1], np.inf, np.float32)
+        return rows
 
     # ------------------------------------------------------------------ the ray's end
 

@@ -197,7 +197,7 @@ def test_the_cone_of_a_ray_grows_with_its_way():
     assert start(True).radius is None
     assert start(True).spread is None
     radius, spread = np.random.default_rng(6).random((2, N), np.float32)
-    path, si = PathState.start(lane_sampler(), True, (radius, spread)), hits()
+    path, si = PathState.start(lane_sampler(), True, {"radius": radius, "spread": spread}), hits()
     path.scatter(si, scattered())
     np.testing.assert_allclose(path.radius, radius + spread * si.t, rtol=1e-6)
     to = scattered(lobe=CLEAR)

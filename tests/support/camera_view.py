@@ -8,7 +8,8 @@ import numpy as np
 from support.bpy_scenes import export
 
 from pt_engine.core.raykind import RayKind
-from pt_engine.scene.lanes import Arrivals, Lanes
+from pt_engine.scene.arrivals import Arrivals
+from pt_engine.scene.lanes import Lanes
 from pt_engine.scene.prepare import prepare
 from pt_engine.scene.scene import Rays
 
