@@ -16,6 +16,7 @@ from .coverage import IGNORED, Coverage, CoverageLog
 from .displacement import displaced_normal, displacement_entry, moves_vertices
 from .graph import GraphReader
 from .ir import Builder
+from .normals import surface_normal
 from .probe import mean_emission
 from .program import Entry
 from .surface import SurfaceBuilder
@@ -101,6 +102,7 @@ def read_surface(graph: Graph, textures: TextureStore, log: CoverageLog) -> Surf
     moved = graph.outputs.get("Displacement")
     if moved is not None and graph.displacement_method != "DISPLACEMENT":
         reader.surface_normal = displaced_normal(reader, moved)
+        out.base = surface_normal(reader)
     link = graph.outputs.get("Surface")
     if link is not None:
         reader.closures(link, builder.one, out)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
-from .graph import NodeView
+from .graph import GraphReader, NodeView
 from .ir import VECTOR, Const, Value, lane_op, shift_code
 from .registry import Outputs, node
 from .surface import is_zero
@@ -153,6 +153,12 @@ def bump_node(n: NodeView) -> Outputs:
 def facing_normal(lanes: Any, normal: Float32) -> Float32:
     """A linked normal at unit length; the shading normal where it is unusable."""
     return usable(unit(np.broadcast_to(normal, (3, lanes.n))), lanes.ns)
+
+
+def surface_normal(reader: GraphReader) -> Value | None:
+    """The normal of closures that have none of their own, where displacement bends it."""
+    bent = reader.surface_normal
+    return None if bent is None else reader.builder.call(facing_normal, bent)[0]
 
 
 def closure_normal(n: NodeView, name: str = "Normal") -> Value | None:

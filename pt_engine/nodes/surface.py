@@ -37,6 +37,7 @@ class SurfaceBuilder:
     leaves: list[Leaf] = field(default_factory=list)
     emission: Value | None = None
     transparency: Value | None = None
+    base: Value | None = None  # the surface's normal where displacement bends it
 
     def add(
         self,

@@ -80,3 +80,33 @@ def test_the_mean_is_cycles(name, tmp_path: Path):
     theirs, mine = by_cycles(64, SIZE, tmp_path), by_engine(64, SIZE)
     found = compare(mine, theirs)
     assert found.error < 2e-3, found
+
+
+def lit(made, node, settings, output):
+    """The boxes and the ball white and matt under a lamp, bent by a node's normal."""
+    tree = made.node_tree
+    tree.nodes.clear()
+    surface, end = tree.nodes.new("ShaderNodeBsdfDiffuse"), tree.nodes.new("ShaderNodeOutputMaterial")
+    bent = tree.nodes.new("ShaderNode" + node)
+    for key, value in settings.items():
+        bent.inputs[key].default_value = value
+    if node == "Bump":
+        waves = tree.nodes.new("ShaderNodeTexWave")
+        waves.inputs["Scale"].default_value = 2.0
+        tree.links.new(waves.outputs["Fac"], bent.inputs["Height"])
+    tree.links.new(bent.outputs[output], surface.inputs["Normal"])
+    tree.links.new(surface.outputs[0], end.inputs["Surface"])
+    lamp = bpy.data.lights.new("Lamp", "AREA")
+    lamp.energy, lamp.size = 300, 0.5
+    add(lamp, "Lamp", location=(5, -3, 1.5), rotation_euler=(1.3, 0.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("node", "settings"), [("Bevel", {"Radius": 0.15}), ("Bump", {"Distance": 1.0, "Filter Width": 1.0})]
+)
+def test_bumped_diffuse_is_shadowed_as_in_cycles(node, settings, tmp_path: Path):
+    """Grazing light on bent normals, cell by cell beyond noise."""
+    build("AmbientOcclusion", "AO", {"samples": 1}, AO)
+    lit(bpy.data.materials["Shining"], node, settings, "Normal")
+    found = compare(by_engine(96, SIZE), by_cycles(96, SIZE, tmp_path))
+    assert found.error < 4e-3, found
