@@ -97,8 +97,8 @@ def test_light_from_a_bumpy_wall_on_a_floor(kind, tmp_path: Path):
     camera.rotation_euler = (np.pi / 2, 0, 0)
     square("Floor", made, 3.0, location=(0, 0, 3), rotation_euler=(np.pi * 0.55, 0, 0))
     theirs, mine = (
-        np.array(by_cycles(256, SIZE, tmp_path)),
-        np.array(by_engine(256, SIZE, integrator="direct_bsdf")),
+        np.array(by_cycles(64, SIZE, tmp_path)),
+        np.array(by_engine(64, SIZE, integrator="direct_bsdf")),
     )
     cells = [a[..., :3].reshape(2, 4, 12, 4, 12, 3).mean(axis=(2, 4)) for a in (theirs, mine)]
     spread = np.sqrt(sum(((c[0] - c[1]) ** 2).mean() for c in cells) / 2)

@@ -77,7 +77,7 @@ CASES = {
 def test_the_mean_is_cycles(name, tmp_path: Path):
     """Differences of 12 × 8 cells within the noise of both, corrected for their number."""
     build(*CASES[name])
-    theirs, mine = by_cycles(64, SIZE, tmp_path), by_engine(64, SIZE)
+    theirs, mine = by_cycles(32, SIZE, tmp_path), by_engine(32, SIZE)
     found = compare(mine, theirs)
     assert found.error < 2e-3, found
 
@@ -105,8 +105,9 @@ def lit(made, node, settings, output):
     ("node", "settings"), [("Bevel", {"Radius": 0.15}), ("Bump", {"Distance": 1.0, "Filter Width": 1.0})]
 )
 def test_bumped_diffuse_is_shadowed_as_in_cycles(node, settings, tmp_path: Path):
-    """Grazing light on bent normals, cell by cell beyond noise."""
+    """Grazing light on bent normals, cell by cell within noise; Bump's would be 30 % off without shadowing."""
     build("AmbientOcclusion", "AO", {"samples": 1}, AO)
     lit(bpy.data.materials["Shining"], node, settings, "Normal")
-    found = compare(by_engine(96, SIZE), by_cycles(96, SIZE, tmp_path))
-    assert found.error < 4e-3, found
+    found = compare(by_engine(40, SIZE), by_cycles(40, SIZE, tmp_path))
+    assert found.p > 1e-5, found
+    assert found.error < 0.03, found
