@@ -105,7 +105,7 @@ def lit(made, node, settings, output):
     ("node", "settings"), [("Bevel", {"Radius": 0.15}), ("Bump", {"Distance": 1.0, "Filter Width": 1.0})]
 )
 def test_bumped_diffuse_is_shadowed_as_in_cycles(node, settings, tmp_path: Path):
-    """Grazing light on bent normals, cell by cell within noise; Bump's would be 30 % off without shadowing."""
+    """Grazing light on bent normals, cell by cell within noise; without it Bump is 30 % off."""
     build("AmbientOcclusion", "AO", {"samples": 1}, AO)
     lit(bpy.data.materials["Shining"], node, settings, "Normal")
     found = compare(by_engine(40, SIZE), by_cycles(40, SIZE, tmp_path))
