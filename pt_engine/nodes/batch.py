@@ -20,7 +20,8 @@ Float32 = NDArray[np.float32]
 class Closure(NamedTuple):
     """A scattering model at work: its module (see `bsdfs.base`), parameters and weight.
 
-    `normal` (3, n) None means `lanes.ns`; `tangent` (3, n) None any frame.
+    `normal` (3, n) None means `lanes.ns`; `tangent` (3, n) None any frame; `base` (3, n) is the surface's
+    own normal where displacement bends it.
     """
 
     bsdf: ModuleType
@@ -28,6 +29,7 @@ class Closure(NamedTuple):
     weight: Float32
     normal: Float32 | None
     tangent: Float32 | None
+    base: Float32 | None = None
 
 
 class Shape(NamedTuple):
@@ -46,6 +48,7 @@ class Plan(NamedTuple):
 
     structure: Structure
     closures: tuple[Shape, ...]
+    base: int
     emission: int
     transparency: int
     holdout: int
@@ -72,9 +75,10 @@ def plan(surface: SurfaceBuilder) -> tuple[Plan, list[Float32]]:
         )
         for leaf in surface.leaves
     )
+    base = root(surface.base)
     others = root(surface.emission), root(surface.transparency), root(surface.holdout)
     structure, constants = linearise(roots)
-    return Plan(structure, shapes, *others), constants
+    return Plan(structure, shapes, base, *others), constants
 
 
 def model(name: str) -> ModuleType:
@@ -151,7 +155,8 @@ class Batch:
         weight = values[shape.weight]
         if weight is None:
             raise RuntimeError(f"{shape.bsdf} has no weight")
-        return Closure(module, params, weight, None if normal is ns else normal, tangent)
+        base = values[self.plan.base] if self.plan.base >= 0 else None
+        return Closure(module, params, weight, None if normal is ns else normal, tangent, base)
 
     def closures(self, lanes: LanesLike) -> list[Closure]:
         """What the lanes' surfaces scatter."""

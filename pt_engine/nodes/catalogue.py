@@ -2,6 +2,7 @@
 
 from . import (  # noqa: F401  (their import is what registers the kinds)
     color_nodes,
+    displacement,
     eevee,
     falloff_nodes,
     hair,
@@ -19,6 +20,7 @@ from . import (  # noqa: F401  (their import is what registers the kinds)
     sheen,
     sky_nodes,
     toon,
+    traced,
     vector_nodes,
     voronoi_nodes,
 )

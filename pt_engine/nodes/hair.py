@@ -135,7 +135,7 @@ def principled_hair(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     if huang:
         n.approximate("Chiang's model instead of Huang's: round hair, all lobes at their full strength")
     else:
-        n.approximate("on meshes Cycles drops some lamps' light, as if the normal were bumped; here it is kept")
+        n.approximate("on meshes Cycles drops light of some lamps, as if the normal were bumped; here not")
     random, spread = n.float("Random"), n.float("Random Roughness")
     rough = n.call(varied, n.float("Roughness", 0.3), random, spread)
     around = rough if huang else n.call(varied, n.float("Radial Roughness", 0.3), random, spread)

@@ -105,14 +105,20 @@ class Result(Value):
     index: int = 0
 
 
+REST = 4  # bit of a shift: the surface before displacement
+
+
 def shift_code(axis: int, width: float) -> int:
-    """A position one step along `axis` (1 or 2), `width` of a pixel's footprint long, as one number."""
-    return round(width * 1000) << 2 | axis
+    """A position one step along `axis` (1 or 2), `width` of a pixel's footprint long, as one number.
+
+    With `REST` added, the same on the surface before displacement; `REST` alone is the point itself there.
+    """
+    return round(width * 1000) << 3 | axis
 
 
 def shift_of(code: int) -> tuple[int, float]:
-    """Axis and width of a `shift_code`."""
-    return code & 3, (code >> 2) / 1000
+    """Axis (with `REST`, if it was added) and width of a `shift_code`."""
+    return code & 7, (code >> 3) / 1000
 
 
 class Builder:
@@ -139,7 +145,7 @@ class Builder:
 
     def call(self, what: Op, *args: Value, static: Static = (), shift: int = 0) -> tuple[Value, ...]:
         """All outputs of an op on `args`."""
-        shift = shift if what.lanes and what.moves else 0
+        shift = 0 if not what.lanes else shift if what.moves else shift & REST
         key = (what, static, args, shift)
         known = self._calls.get(key)
         if known is None:

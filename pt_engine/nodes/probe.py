@@ -94,8 +94,10 @@ class ProbeLanes:
         return x, y
 
     def shifted(self, axis: int, width: float) -> ProbeLanes:
+        """One step along axis 1 or 2; a probe is flat before displacement (4 more) as after it."""
         out = copy.copy(self)
-        out.position = out.p = self.position + self.bump_steps(width)[axis - 1]
+        if axis & 3:
+            out.position = out.p = self.position + self.bump_steps(width)[(axis & 3) - 1]
         return out
 
 

@@ -38,6 +38,7 @@ class SurfaceBuilder:
     emission: Value | None = None
     transparency: Value | None = None
     holdout: Value | None = None
+    base: Value | None = None  # the surface's normal where displacement bends it
 
     def add(
         self,

@@ -29,7 +29,7 @@ class Direct(Integrator):
     """What the three have in common: emission at p₁, then one bounce."""
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
-        path = PathState.start(sampler, scene.tracks_history)
+        path = PathState.start(sampler, scene.tracks_history, scene.history(rays))
         found = scene.intersect(rays)
         for hit in scene.emission(rays, found, path):
             path.gather(hit)

@@ -24,8 +24,8 @@ class PathActive(Integrator):
     roulette = False
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
-        # Loop state, one column per living path:
-        path = PathState.start(sampler, scene.tracks_history)  # β throughput 1, L radiance 0, pdf ∞ (Dirac)
+        # Loop state, one column per living path: β throughput 1, L radiance 0, pdf ∞ (Dirac)
+        path = PathState.start(sampler, scene.tracks_history, scene.history(rays))
         front = Wavefront(self, scene, path.size)  # keeps L of paths that have ended
 
         for bounce in range(self.max_depth + scene.transparent_surfaces * self.transparent_depth):

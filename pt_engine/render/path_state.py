@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..bsdfs.base import Lobe
-from ..core import vectors
+from ..core import keyed, vectors
 from ..core.raykind import RayKind
 from ..core.rows import Rows, scatter_add
 from ..scene.accel import FAR
@@ -56,8 +56,13 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         Distance since the last real bounce, through transparent surfaces.
     kind, depth, passed : (N,) int32
         `RayKind` bits; real bounces and transparent surfaces so far.
+    radius, spread : (N,) float32, or None
+        Of the ray's cone where the last segment began, where it is tracked: Cycles' compact ray
+        differentials (Igehy 1999). No bounce changes how it widens.
+    sharpness : (N,) float32, or None
+        Smallest density of the path's directions so far, where it is tracked.
 
-    Only scenes in which somebody asks (`Scene.tracks_history`) carry the last four lane by lane.
+    Only scenes in which somebody asks (`Scene.tracks_history`) carry the last seven lane by lane.
     """
 
     beta: Float32
@@ -69,8 +74,13 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     _history: dict[str, NDArray[Any]] | None  # None: all lanes are alike
 
     @classmethod
-    def start(cls, sampler: LaneSampler, tracked: bool) -> PathState:
-        """Camera paths: β = 1, L = 0, and a Dirac density, since no emitter sample competes."""
+    def start(
+        cls, sampler: LaneSampler, tracked: bool, more: Mapping[str, Float32] | None = None
+    ) -> PathState:
+        """Camera paths: β = 1, L = 0, and a Dirac density, since no emitter sample competes.
+
+        `more` are those rows of the history that only some scenes have (`Scene.history`).
+        """
         n = sampler.state.shape[1]
         path = cls.empty(n)
         path.beta[:], path.L[:] = 1, 0
@@ -79,6 +89,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         path.bounces, path._history = 0, None
         if tracked:
             path._history = {name: path._column(name).copy() for name in HISTORY}
+            path._history |= more or {}
         return path
 
     def _column(self, name: str) -> NDArray[Any]:
@@ -104,6 +115,23 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     @property
     def travelled(self) -> Float32:
         return self._column("travelled")
+
+    @property
+    def radius(self) -> Float32 | None:
+        return (self._history or {}).get("radius")
+
+    @property
+    def spread(self) -> Float32 | None:
+        return (self._history or {}).get("spread")
+
+    @property
+    def sharpness(self) -> Float32 | None:
+        return (self._history or {}).get("sharpness")
+
+    @property
+    def noise(self) -> NDArray[np.uint32]:
+        """(2, N) for the random numbers of nodes (see `core.keyed`), new after each bounce."""
+        return keyed.noise(self.random.view(np.uint32), self.bounces)
 
     def take(self, index: NDArray[np.intp]) -> PathState:
         """The paths at `index`, in that order. The density is not carried: it was for this hit."""
@@ -139,6 +167,10 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
             self._history["kind"] = KIND_OF_LOBE.take(to.lobe)
             self._history["depth"] = self._history["depth"] + 1
             self._history["travelled"] = np.zeros(self.size, np.float32)
+            if "radius" in self._history:
+                self._history["radius"] = self._history["radius"] + self._history["spread"] * si.t
+            if "sharpness" in self._history:
+                self._history["sharpness"] = np.minimum(self._history["sharpness"], to.pdf)
         return leave(si, to.wo)
 
     def go_on(self, scene: Scene, si: Surface, to: Scattered, max_depth: int) -> Rays:

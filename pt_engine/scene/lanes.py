@@ -8,15 +8,20 @@ from __future__ import annotations
 
 import copy
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
+from ..nodes.ir import REST
 from .accel import Hits
+from .arrivals import Arrival
+from .bevel import bevelled
 from .geometry import BOUND, EMITTER, INSTANCE, NORMAL, PLANE, Geometry
 from .moved import moved, steps
+from .rest import at_rest, rest_steps
+from .tracing import open_share
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -124,35 +129,6 @@ class Surface:
         return (self.facing < 0).astype(np.float32)
 
 
-class Arrival(Protocol):
-    """How rays came to a point: what `PathState` knows of it."""
-
-    @property
-    def kind(self) -> Int32: ...
-    @property
-    def depth(self) -> Int32: ...
-    @property
-    def passed(self) -> Int32: ...
-
-
-class Arrivals(NamedTuple):
-    """How some rays came, apart from their paths."""
-
-    kind: Int32
-    depth: Int32
-    passed: Int32
-
-    @classmethod
-    def by(cls, kind: int, n: int) -> Arrivals:
-        """`n` rays of one kind that have met nothing before."""
-        zero = np.zeros(n, np.int32)
-        return cls(np.full(n, kind, np.int32), zero, zero)
-
-    def take(self, index: NDArray[np.intp]) -> Arrivals:
-        """Some of them."""
-        return Arrivals(*(row.take(index) for row in self))
-
-
 class Lanes:
     """A slice of lanes on surfaces of one batch, for shader programs.
 
@@ -166,6 +142,8 @@ class Lanes:
     smooth : bool
         Whether the slice lies on geometry with shading normals.
     """
+
+    displaced: Lanes | None = None  # where these lanes are those before displacement: those after it
 
     def __init__(self, scene: Scene, si: Surface, path: Arrival, smooth: bool) -> None:
         self.scene, self.si, self.smooth, self._path = scene, si, smooth, path
@@ -196,6 +174,32 @@ class Lanes:
     def ray_length(self) -> Float32:
         """(n,) length of the ray that arrived."""
         return self.si.t
+
+    @property
+    def sharpness(self) -> Float32 | None:
+        """(n,) smallest density among the path's directions so far; None where it is not tracked."""
+        return self._path.sharpness
+
+    @property
+    def noise(self) -> NDArray[np.uint32] | None:
+        """(2, n) what `core.keyed` makes random numbers of; None where there are none."""
+        return self._path.noise
+
+    def open_share(self, normal: Float32, distance: Float32, samples: int, local: bool, key: int) -> Float32:
+        """(n,) see `tracing.open_share`."""
+        return open_share(self, normal, distance, samples, local, key)
+
+    def bevelled(self, radius: Float32, samples: int, key: int) -> Float32:
+        """(3, n) see `bevel.bevelled`."""
+        return bevelled(self, radius, samples, key)
+
+    @cached_property
+    def footprint(self) -> Float32:
+        """(n,) width of the ray that arrived, where it arrived."""
+        radius, spread = self._path.radius, self._path.spread
+        if radius is None or spread is None:
+            return np.float32(self.scene.pixel_angle) * self.ray_length
+        return radius + spread * self.si.t
 
     @property
     def position(self) -> Float32:
@@ -271,7 +275,8 @@ class Lanes:
     def object_tangent(self, uv_name: str) -> tuple[Float32, Float32]:
         """Object-space unit direction of growing u in the triangle, and the sign of the bitangent."""
         si = self.si
-        e1, e2 = edges(self.scene.layer("position", "").corners(si.prim, si.instance))
+        shape = "position" if self.displaced is None else "rest"
+        e1, e2 = edges(self.scene.layer(shape, "").corners(si.prim, si.instance))
         d1, d2 = edges(self.scene.layer("uv", uv_name).corners(si.prim, si.instance))
         along_u = e1 * d2[1] - e2 * d1[1]  # dp/du times the determinant
         determinant = d1[0] * d2[1] - d1[1] * d2[0]
@@ -291,10 +296,15 @@ class Lanes:
 
     def bump_steps(self, width: float) -> tuple[Float32, Float32]:
         """Two small steps (3, n) along the faces, `width` of a pixel long, for Bump."""
-        return steps(self, width)
+        return steps(self, width) if self.displaced is None else rest_steps(self, self.displaced, width)
 
     def shifted(self, axis: int, width: float) -> Lanes:
-        """The lanes one such step along; `axis` 1 or 2. Needs the "position" layer."""
+        """The lanes one such step along; `axis` 1 or 2. Needs the "position" layer.
+
+        4, 5 and 6 are the lanes before displacement, and one step along there.
+        """
+        if axis & REST:
+            return at_rest(self, axis & 3, width)
         return moved(self, self.bump_steps(width)[axis - 1])
 
     def object_random(self) -> Float32:

@@ -16,9 +16,11 @@ from ..nodes.world import compile_light, compile_world
 from ..textures.images import TextureStore
 from .accel import Accel
 from .attributes import Layer, color_layer, generated_layer, normal_layer, position_layer, uv_layer
+from .displace import displaced
 from .features import features
 from .geometry import BOUND, Geometry, pack, place
 from .lamp_shader import LampShader
+from .own import OwnObjects, looking_at_themselves
 from .scene import Scene
 from .snapshot import Snapshot, Visibility
 from .world_light import environment
@@ -45,8 +47,12 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     textures = TextureStore(snapshot.images, snapshot.ocio_config, texture_memory)
     materials = compile_materials(snapshot.materials, textures=textures)
     world = compile_world(snapshot.world, textures=textures)
+    rest = snapshot
+    snapshot = displaced(snapshot, materials, shading_layers)
     placed = place(snapshot)
     accel = Accel(placed.vertices, placed.triangles)
+    selves = looking_at_themselves(snapshot, materials)
+    own = OwnObjects(placed, selves) if selves else None
     geometry = pack(snapshot, placed)
     prim, triangles = emissive_triangles(geometry, materials)
     lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
@@ -63,11 +69,13 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
         ],
     )
     geometry.release()
-    layers = shading_layers(snapshot, geometry, materials)
+    layers = shading_layers(snapshot, geometry, materials.needs)
+    if "rest" in materials.needs:
+        layers |= rest_layers(rest, geometry)
     scene = Scene(geometry, accel, snapshot.instances, layers, materials, world, lights, film_transparent)
     textures.release()
     scene.textures = textures
-    scene.emissive_prim = prim
+    scene.emissive_prim, scene.own = prim, own
     scene.material_names = tuple(graph.name for graph in snapshot.materials)
     scene.camera = make_camera(snapshot.camera, geometry.origin)
     scene.exposure = snapshot.exposure
@@ -100,14 +108,14 @@ def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32,
 
 
 def shading_layers(
-    snapshot: Snapshot, geometry: Geometry, materials: Materials
+    snapshot: Snapshot, geometry: Geometry, needs: frozenset[str]
 ) -> dict[tuple[str, str], Layer]:
     """The attribute tables that some material's program reads, and the normals where anything is smooth."""
     layers: dict[tuple[str, str], Layer] = {}
     normals = normal_layer(snapshot, geometry)
     if normals is not None:
         layers["normal", ""] = normals
-    for need in materials.needs:
+    for need in needs:
         kind, _, name = need.partition(":")
         if kind in ("uv", "tangent"):
             layers["uv", name] = uv_layer(snapshot, geometry, name)
@@ -120,6 +128,13 @@ def shading_layers(
         elif kind == "generated":
             layers["generated", ""] = generated_layer(snapshot, geometry)
     return layers
+
+
+def rest_layers(snapshot: Snapshot, geometry: Geometry) -> dict[tuple[str, str], Layer]:
+    """Positions and normals of the meshes before displacement."""
+    normals = normal_layer(snapshot, geometry)
+    layers = {("rest", ""): position_layer(snapshot, geometry)}
+    return layers if normals is None else {**layers, ("rest_normal", ""): normals}
 
 
 def coverage(snapshot: Snapshot, scene: Scene, lamps: list[Coverage]) -> list[Coverage]:

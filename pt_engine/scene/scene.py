@@ -20,10 +20,11 @@ from ..core.raykind import RayKind
 from ..core.uniforms import Uniforms
 from ..emitters.lights import Lights, LightSample
 from .accel import FAR, Accel, Hits
+from .arrivals import Arrivals
 from .attributes import Layer
 from .geometry import SKY, Geometry
 from .holdout import cut_holes
-from .lanes import Arrivals, Lanes, SkyLanes, Surface
+from .lanes import Lanes, SkyLanes, Surface
 from .shading import ShadedBSDF, SliceBSDF
 from .snapshot import Instances
 from .transforms import Transforms
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from ..nodes.world import WorldProgram
     from ..render.path_state import PathState
     from ..textures.images import TextureStore
+    from .own import OwnObjects
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -88,7 +90,8 @@ class Intersection(NamedTuple):
 
 def arrivals(path: PathState, lanes: NDArray[np.intp]) -> Arrivals:
     """How the rays of some lanes came to where they are."""
-    return Arrivals(path.kind.take(lanes), path.depth.take(lanes), path.passed.take(lanes))
+    rows = path.kind, path.depth, path.passed, path.radius, path.spread, path.sharpness, path.noise
+    return Arrivals(*rows).take(lanes)
 
 
 class Group(NamedTuple):
@@ -110,6 +113,7 @@ class Scene:
     coverage: list[Coverage]
     build_seconds: float
     emissive_prim: Int32
+    own: OwnObjects | None = None  # where some material traces rays within its own object
     material_names: tuple[str, ...]
 
     def __init__(
@@ -137,9 +141,10 @@ class Scene:
         self.alpha: Float32 | None = None
         self._make_groups()
 
-    def with_pixels(self, width: int) -> Scene:
-        """The same scene for an image `width` pixels wide: how fine shading has to look (Bump's steps)."""
+    def with_pixels(self, width: int, height: int) -> Scene:
+        """The same scene for an image of this size: how fine shading has to look (Bump's steps)."""
         scene, data = copy.copy(self), self.camera.data
+        scene.camera = self.camera.at_resolution(width, height)
         if data.kind == "PERSP":
             scene.pixel_angle = (data.frame[1] - data.frame[0]) / width
         elif data.kind == "PANO":
@@ -186,11 +191,21 @@ class Scene:
         needs = self.world.needs.union(*(batch.needs for batch in self.used_batches))
         reads_path = bool(needs & {"ray_kind", "depth", "transparent_depth"})
         # without these, nobody asks what became of a path before
-        self.tracks_history = self.transparent_surfaces or reads_path
+        self.extra_history = needs & {"footprint", "sharpness"}
+        self.tracks_history = self.transparent_surfaces or reads_path or bool(self.extra_history)
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
         return self._layers[kind, name]
+
+    def history(self, rays: Rays) -> dict[str, Float32]:
+        """What somebody asks of camera paths, beside what `PathState` knows itself."""
+        rows: dict[str, Float32] = {}
+        if "footprint" in self.extra_history:
+            rows["radius"], rows["spread"] = self.camera.footprint(rays.d)
+        if "sharpness" in self.extra_history:
+            rows["sharpness"] = np.full(rays.d.shape[1], np.inf, np.float32)
+        return rows
 
     # ------------------------------------------------------------------ the ray's end
 
@@ -333,9 +348,9 @@ class Scene:
         hits = Hits(distance, light.barycentric[0], light.barycentric[1], prim)
         at = Surface(self.geometry, hits, np.arange(len(lanes)), si.p.take(lanes, axis=1), wo)
         before = arrivals(path, lanes)
-        came = Arrivals(
-            np.full_like(before.kind, RayKind.DIFFUSE | RayKind.REFLECTION), before.depth + 1, before.passed
-        )
+        kind = np.full_like(before.kind, RayKind.DIFFUSE | RayKind.REFLECTION)
+        point = np.zeros(len(lanes), np.float32)  # a sampled place has no width
+        came = Arrivals(kind, before.depth + 1, before.passed, point, point)
         return self._evaluated(at, came, self.geometry.surface_material.take(at.surface))
 
     def unoccluded(self, si: Surface, light: LightSample, contribution: Float32, limit: int) -> Float32:

@@ -101,6 +101,8 @@ class MeshData:
         Unit shading normals; None where every face is flat.
     normal_index : (T, 3) int32 or None
         Row of `normals` at each corner; may be `triangles` itself where normals are per vertex.
+    flat : (T,) uint8 or None
+        1 on faces without smooth shading, where the normals are per corner and a material moves vertices.
     corner_index : (T, 3) int32 or None
         Row of the corner-domain layers (`uvs`, corner `colors`) at each corner.
     uvs : dict[str, (L, 2) float32]
@@ -122,6 +124,7 @@ class MeshData:
     material_slot: Int32
     normals: Float32 | None = None
     normal_index: Int32 | None = None
+    flat: NDArray[np.uint8] | None = None
     corner_index: Int32 | None = None
     uvs: dict[str, Float32] = field(default_factory=dict)
     colors: dict[str, Float32] = field(default_factory=dict)

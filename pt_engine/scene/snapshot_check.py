@@ -167,6 +167,8 @@ def check_mesh(mesh: data.MeshData) -> None:
         shape(mesh.normals, (None, 3), "normals")
         shape(mesh.normal_index, (count, 3), "normal_index")
         within(mesh.normal_index, len(mesh.normals), "normal_index")
+    if mesh.flat is not None:
+        shape(mesh.flat, (count,), "flat")
     if mesh.orco is not None:
         shape(mesh.orco, (len(mesh.vertices), 3), "orco")
     check_layers(mesh)

@@ -31,6 +31,7 @@ class Transforms:
             self._inverse = inverse.reshape(-1, 9).astype(np.float32)
             self._normal = normal.reshape(-1, 9).astype(np.float32)
             self._offset = offset.astype(np.float32)
+            self._place = (matrix[:, :3, 3] - origin).astype(np.float32)
             self._location = matrix[:, :3, 3].astype(np.float32)
 
     def vector_to_world(self, w: Float32, instance: Int32) -> Float32:
@@ -46,6 +47,12 @@ class Transforms:
         rotated = _apply(self._inverse.take(instance, axis=0), p)
         rotated += self._offset.take(instance, axis=0).T
         return rotated
+
+    def point_to_world(self, p: Float32, instance: Int32) -> Float32:
+        """(3, N) object-space positions in the recentred world."""
+        moved = self.vector_to_world(p, instance)
+        moved += self._place.take(instance, axis=0).T
+        return moved
 
     def normal_to_world(self, n: Float32, instance: Int32) -> Float32:
         """(3, N) object-space normals in world space: along the inverse's transpose (unnormalised)."""

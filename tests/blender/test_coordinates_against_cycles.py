@@ -5,24 +5,16 @@ per pixel at its centre, we look there too; pixels on an edge may see different 
 of pixels may differ.
 """
 
-import tempfile
-from pathlib import Path
-from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
-from support.bpy_scenes import add, cube, empty_scene, export  # noqa: E402
-
-from pt_engine.core.raykind import RayKind  # noqa: E402
-from pt_engine.scene.lanes import Lanes  # noqa: E402
-from pt_engine.scene.prepare import prepare  # noqa: E402
-from pt_engine.scene.scene import Rays  # noqa: E402
+from support.bpy_scenes import add, cube, empty_scene  # noqa: E402
+from support.camera_view import cycles, one_sample, ours  # noqa: E402
 
 pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="the nodes follow Cycles 5")
-SIZE = 64
 EDGES = 0.02  # share of pixels on an edge between faces
 
 
@@ -62,13 +54,7 @@ def build():
     ball.rotation_euler = (0.3, 0.5, 0.2)
     box = add(box_data, "Box", location=(1.4, 0.5, 0), scale=(0.8, -0.7, 1.1), **settings)
     box.rotation_euler = (0.4, 0.3, 0.7)
-    scene.render.engine = "CYCLES"
-    scene.render.resolution_x = scene.render.resolution_y = SIZE
-    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
-    scene.cycles.samples, scene.cycles.use_adaptive_sampling, scene.cycles.use_denoising = 1, False, False
-    scene.cycles.max_bounces = 0
-    scene.render.image_settings.file_format = "OPEN_EXR"
-    scene.render.image_settings.color_depth, scene.render.image_settings.exr_codec = "32", "NONE"
+    one_sample(scene)
     return scene, made.node_tree
 
 
@@ -119,12 +105,22 @@ CASES = [
         case("NormalMap", "Normal", links={"Color": (0.6, 0.3, 0.9, 1), "Strength": 0.7}, space=space)
         for space in ("OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD")
     ),
-    # approximate: tangents per triangle, height differences over a step of our own
+    # approximate: tangents per triangle
     case("NormalMap", "Normal", 0.12, 0.05, links={"Color": (0.6, 0.3, 0.9, 1), "Strength": 0.7}),
     case("Tangent", "Tangent", 0.12, 0.05, direction_type="UV_MAP"),
+    # Cycles looks within 1/200 of a pixel of the centre, Bump's step is 1/10 long
+    *(
+        case("Bump", "Normal", 0.03, 0.02, links={"Height": ("TexNoise", "Fac"), **links})
+        for links in (
+            {"Normal": ("NewGeometry", "True Normal"), "Distance": 0.3},
+            {"Normal": ("TexCoord", "Object"), "Distance": -0.3},
+            {"Strength": 1.7, "Filter Width": 3.0},
+            {"Strength": ("TexWave", "Fac"), "Distance": ("TexWave", "Fac")},
+        )
+    ),
     *(
         case(
-            "Bump", "Normal", 0.08, 0.02, links={"Height": source, "Distance": 0.2, "Strength": 0.8}, **invert
+            "Bump", "Normal", 0.03, 0.02, links={"Height": source, "Distance": 0.2, "Strength": 0.8}, **invert
         )
         for source in (
             ("TexNoise", "Fac"),
@@ -193,45 +189,6 @@ def set_up(tree, c):
     shine, end = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeOutputMaterial")
     tree.links.new(next(s for s in node.outputs if s.identifier == c.output), shine.inputs["Color"])
     tree.links.new(shine.outputs[0], end.inputs["Surface"])
-
-
-def cycles(scene):
-    """(3, n) Cycles' picture, bottom row first."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "picture.exr")
-        scene.render.filepath = str(path)
-        bpy.ops.render.render(write_still=True)
-        image = bpy.data.images.load(str(path))
-        image.colorspace_settings.name = "Non-Color"
-        pixels = np.empty(SIZE * SIZE * image.channels, np.float32)
-        image.pixels.foreach_get(pixels)
-        bpy.data.images.remove(image)
-    return np.ascontiguousarray(pixels.reshape(SIZE * SIZE, -1)[:, :3].T)
-
-
-def ours(sample=0.5):
-    """(3, n) our emission at the pixels' centres."""
-    scene = prepare(export())
-    left, right, *_ = scene.camera.data.frame
-    scene.pixel_angle = (right - left) / SIZE
-    y, x = np.mgrid[0:SIZE, 0:SIZE]
-    raster = (np.stack([x.ravel(), y.ravel()]) + sample).astype(np.float32)
-    rays = scene.camera.at_resolution(SIZE, SIZE).rays(raster)
-    rays = Rays(rays.o, rays.d, rays.tfar)
-    found = scene.intersect(rays)
-    out = np.zeros((3, SIZE * SIZE), np.float32)
-    for smooth in (False, True):
-        on = scene.geometry.surface_smooth.take(found.surface) == smooth
-        lanes = np.flatnonzero(on & (scene.geometry.surface_material.take(found.surface) > 0))
-        si = scene.surface(rays, found, lanes)
-        kind = np.full(len(lanes), RayKind.CAMERA, np.int32)
-        zero = np.zeros(len(lanes), np.int32)
-        here = Lanes(scene, si, SimpleNamespace(kind=kind, depth=zero, passed=zero), smooth)
-        batch = scene.materials.batches[scene.materials.batch_of[here.material[0]]]
-        value = batch.emission(here)
-        if value is not None:
-            out[:, lanes] = value
-    return out
 
 
 @pytest.mark.parametrize("c", CASES)

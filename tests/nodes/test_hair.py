@@ -13,7 +13,7 @@ from support.scenes import rgba, shader
 from pt_engine.bsdfs import hair_chiang
 from pt_engine.nodes.batch import Closure
 from pt_engine.nodes.compile import compile_materials
-from pt_engine.nodes.coverage import APPROXIMATE, EXACT
+from pt_engine.nodes.coverage import APPROXIMATE
 from pt_engine.scene.snapshot import Graph, Link, Node
 
 X_EDGE = np.array([[1.0], [0.0], [0.0]], np.float32)
@@ -91,10 +91,12 @@ def test_coat_makes_the_first_reflection_smoother() -> None:
     np.testing.assert_allclose(closure.params.v, hair_chiang.variance(np.float32(0.4)), rtol=1e-5)
 
 
-@pytest.mark.parametrize(("model", "state"), [("CHIANG", EXACT), ("HUANG", APPROXIMATE)])
-def test_huangs_model_is_listed(model: str, state: str) -> None:
+@pytest.mark.parametrize(("model", "effect"), [("CHIANG", "on meshes"), ("HUANG", "instead of Huang's")])
+def test_where_hair_is_not_cycles_is_listed(model: str, effect: str) -> None:
     graph = shader("BsdfHairPrincipled", props={"model": model})
-    assert compile_materials([graph]).coverage[0].state == state
+    (entry,) = compile_materials([graph]).coverage
+    assert entry.state == APPROXIMATE
+    assert effect in entry.effect
     closure = principled(model=model, Roughness=0.4, Radial_Roughness=0.9, Coat=1.0)
     around = 0.4 if model == "HUANG" else 0.9  # Huang's has one roughness and no coat
     np.testing.assert_allclose(closure.params.s, hair_chiang.scale(np.float32(around)), rtol=1e-5)

@@ -20,8 +20,8 @@ from pt_engine import nodes
 from pt_engine.nodes import color_nodes, inputs, ir, math_nodes, vector_nodes, voronoi_nodes
 from pt_engine.nodes.compile import catalogue  # noqa: F401  (fills the registry)
 from pt_engine.nodes.coverage import CoverageLog
+from pt_engine.nodes.displacement import displaced_normal
 from pt_engine.nodes.graph import GraphReader, NodeView
-from pt_engine.nodes.normals import displaced_normal
 from pt_engine.nodes.program import ordered_calls
 from pt_engine.nodes.registry import NODES, SHADERS
 from pt_engine.nodes.surface import SurfaceBuilder

@@ -189,7 +189,7 @@ def test_displacement_and_notes_are_listed():
     outputs = {"Surface": Link(0, "BSDF"), "Displacement": Link(1, "Displacement")}
     material = Graph("m", nodes, outputs, (("elsewhere", "left out"),))
     states = {entry.node: entry.state for entry in compile_materials([material]).coverage}
-    assert states == {"d": EXACT, "up": APPROXIMATE, "elsewhere": IGNORED}
+    assert states == {"d": EXACT, "up": EXACT, "elsewhere": IGNORED}
 
 
 def test_needs_name_the_attributes():

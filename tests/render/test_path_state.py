@@ -192,6 +192,20 @@ CLEAR = Lobe.DELTA | Lobe.TRANSMIT | Lobe.TRANSPARENT
 VEILED = SimpleNamespace(transparent_surfaces=True, has_portals=False)
 
 
+def test_the_cone_of_a_ray_grows_with_its_way():
+    """radius + spread·t at each surface, scattering or passed; how it widens stays; not kept unless given."""
+    assert start(True).radius is None
+    assert start(True).spread is None
+    radius, spread = np.random.default_rng(6).random((2, N), np.float32)
+    path, si = PathState.start(lane_sampler(), True, {"radius": radius, "spread": spread}), hits()
+    path.scatter(si, scattered())
+    np.testing.assert_allclose(path.radius, radius + spread * si.t, rtol=1e-6)
+    to = scattered(lobe=CLEAR)
+    path.go_on(VEILED, si, to, 9)
+    np.testing.assert_allclose(path.radius, radius + 2 * spread * si.t, rtol=1e-6)
+    np.testing.assert_array_equal(path.take(np.arange(3)).spread, spread[:3])
+
+
 def test_passing_a_transparent_surface_is_no_bounce():
     """Density, kind and depth stay those of the last real bounce; distances add up; `passed` counts."""
     path, si = start(True), hits()

@@ -11,9 +11,10 @@ from support.hits import lanes_of, placed, random_directions, rotation, shoot
 
 from pt_engine.core import vectors
 from pt_engine.core.raykind import RayKind
+from pt_engine.scene.arrivals import Arrivals
 from pt_engine.scene.attributes import color_layer, generated_layer, position_layer, uv_layer
 from pt_engine.scene.geometry import flatten
-from pt_engine.scene.lanes import Arrivals, Lanes, SkyLanes
+from pt_engine.scene.lanes import Lanes, SkyLanes
 from pt_engine.scene.moved import moved, steps
 from pt_engine.scene.prepare import prepare
 

@@ -48,6 +48,7 @@ class Collector:
     materials: object
     images: object
     unsupported: list
+    dicing: object
     meshes: list = field(default_factory=list)
     lights: list = field(default_factory=list)
     needs: dict = field(default_factory=dict)
@@ -116,7 +117,7 @@ class Collector:
     def look(self, instance, owner) -> Look:
         data = owner.data.as_pointer()
         if data not in self._mesh_number:
-            self._mesh_number[data] = self.mesh(owner, data)
+            self._mesh_number[data] = self.mesh(owner, data, instance.matrix_world)
         return Look(
             self._mesh_number[data],
             self._slots[owner.original.as_pointer(), data],
@@ -126,7 +127,7 @@ class Collector:
             owner.name,
         )
 
-    def mesh(self, owner, data: int) -> int:
+    def mesh(self, owner, data: int, matrix) -> int:
         """Number of a new mesh, -1 where it has no triangles."""
         mesh = owner.to_mesh()
         try:
@@ -135,7 +136,7 @@ class Collector:
             owner.to_mesh_clear()
         if exported is None:
             return -1
-        self.meshes.append(exported)
+        self.meshes.append(self.dicing.dice(owner, exported, matrix))
         return len(self.meshes) - 1
 
     def light(self, instance) -> None:

@@ -53,6 +53,7 @@ def export_mesh(name: str, mesh, needs: Needs) -> MeshData | None:
         material_slot=material_slots(mesh, polygon),
         normals=normals,
         normal_index=normal_index,
+        flat=flat_faces(mesh, polygon) if needs.displaced else None,
         corner_index=corners if uvs or colors else None,
         uvs=uvs,
         colors=colors,
@@ -92,6 +93,14 @@ def shading_normals(mesh, triangles, corners):
     if domain == "POINT":
         return read(mesh.vertex_normals, "vector", np.float32, 3), triangles
     return read(mesh.corner_normals, "vector", np.float32, 3), corners
+
+
+def flat_faces(mesh, polygon):
+    """Which triangles are of faces without smooth shading, where that differs from face to face."""
+    sharp = mesh.attributes.get("sharp_face")
+    if mesh.normals_domain != "CORNER" or sharp is None:
+        return None
+    return read(sharp.data, "value", np.bool_)[polygon].astype(np.uint8)
 
 
 def undeformed(mesh, vertices):

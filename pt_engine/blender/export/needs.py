@@ -21,14 +21,20 @@ GENERATED_BY_DEFAULT = {
 
 @dataclass(frozen=True)
 class Needs:
-    """Names of UV maps and attributes ("" the active one), and whether Generated is used."""
+    """Names of UV maps and attributes ("" the active one), whether Generated is used, vertices are moved."""
 
     uvs: frozenset[str] = frozenset()
     colors: frozenset[str] = frozenset()
     generated: bool = False
+    displaced: bool = False
 
     def __or__(self, other: Needs) -> Needs:
-        return Needs(self.uvs | other.uvs, self.colors | other.colors, self.generated or other.generated)
+        return Needs(
+            self.uvs | other.uvs,
+            self.colors | other.colors,
+            self.generated or other.generated,
+            self.displaced or other.displaced,
+        )
 
 
 def graph_needs(graph: Graph) -> Needs:
@@ -37,7 +43,11 @@ def graph_needs(graph: Graph) -> Needs:
     outputs: dict[int, set[str]] = {}
     for link in used:
         outputs.setdefault(link.node, set()).add(link.socket)
-    return union(node_needs(node, outputs.get(number, set())) for number, node in enumerate(graph.nodes))
+    moves = graph.displacement_method != "BUMP" and "Displacement" in graph.outputs
+    return union(
+        [Needs(displaced=moves)]
+        + [node_needs(node, outputs.get(number, set())) for number, node in enumerate(graph.nodes)]
+    )
 
 
 def node_needs(node: Node, outputs: set[str]) -> Needs:
@@ -61,6 +71,8 @@ def node_needs(node: Node, outputs: set[str]) -> Needs:
         return Needs(uvs=uv_if(node.inputs.get("Vector") is None))
     if node.kind in GENERATED_BY_DEFAULT:
         return Needs(generated=node.inputs.get("Vector") is None)
+    if node.kind == "VectorDisplacement":
+        return Needs(uvs=uv_if(props["space"] == "TANGENT"))
     if any(socket.endswith("Tangent") for socket in node.inputs):
         return Needs(generated=True)  # Cycles' default tangent goes around Generated's Z
     return Needs()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ...scene.snapshot import Snapshot
 from .camera import export_camera
+from .dicing import Dicing
 from .images import ImageTable, ocio_config
 from .instances import Collector
 from .materials import MaterialTable
@@ -36,7 +37,9 @@ def export_scene(depsgraph, *, camera=None, size=None) -> Snapshot:
     unsupported: list[tuple[str, str, str]] = []
     images = ImageTable(unsupported, scene.frame_current)
     materials = MaterialTable(depsgraph, images)
-    collector = Collector(depsgraph, materials, images, unsupported)
+    camera = camera_of(depsgraph, scene, camera)
+    dicing = Dicing(depsgraph, scene, camera, size, unsupported)
+    collector = Collector(depsgraph, materials, images, unsupported, dicing)
     instances = collector.run()
     world = export_world(scene, depsgraph.view_layer_eval, depsgraph, images, unsupported)
     unsupported += scene_wide(depsgraph, scene)
@@ -47,9 +50,7 @@ def export_scene(depsgraph, *, camera=None, size=None) -> Snapshot:
         images=tuple(images.images),
         lights=tuple(collector.lights),
         world=world,
-        camera=export_camera(
-            camera_of(depsgraph, scene, camera), scene.render, size=size, unsupported=unsupported
-        ),
+        camera=export_camera(camera, scene.render, size=size, unsupported=unsupported),
         frame=scene.frame_current,
         exposure=getattr(getattr(scene, "cycles", None), "film_exposure", 1.0),
         unsupported=tuple(dict.fromkeys(unsupported)),
