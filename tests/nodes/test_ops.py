@@ -17,7 +17,7 @@ import pytest
 from support.node_lanes import NodeLanes
 
 from pt_engine import nodes
-from pt_engine.nodes import color_nodes, inputs, ir, math_nodes, vector_nodes, voronoi_nodes
+from pt_engine.nodes import color_nodes, ir, light_path, math_nodes, vector_nodes, voronoi_nodes
 from pt_engine.nodes.compile import catalogue  # noqa: F401  (fills the registry)
 from pt_engine.nodes.coverage import CoverageLog
 from pt_engine.nodes.graph import GraphReader, NodeView
@@ -138,7 +138,7 @@ OUTPUTS = {
     *("Generated", "Normal", "UV", "Object", "Reflection"),
     *("Position", "Tangent", "True Normal", "Incoming", "Parametric", "Backfacing"),
     *("Color", "Alpha", "Location", "Object Index", "Random", "Value", "Dot"),
-    *("Ray Length", "Ray Depth", "Transparent Depth", "Diffuse Depth", *inputs.KINDS),
+    *("Ray Length", "Ray Depth", "Transparent Depth", "Diffuse Depth", *light_path.KINDS),
     *("Fac", "Fresnel", "Facing", "Quadratic", "Linear", "Constant"),
 }
 ISOTROPIC = ("Normal", "Tangent", "Anisotropic", "Anisotropy", "Coat Normal", "Vector", "Specular Tint")

@@ -1,0 +1,46 @@
+"""Directions along the surface: around an axis, or along a uv map."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core import vectors
+from .graph import NodeView
+from .ir import VECTOR, lane_op
+from .registry import Outputs, node
+
+Float32 = NDArray[np.float32]
+
+
+@lane_op(VECTOR, reads="generated")
+def around_axis(lanes: Any, axis: str) -> Float32:
+    """Unit tangent that runs around an axis of the Generated box: Cycles' default tangent is around Z."""
+    x, y, z = lanes.generated() - np.float32(0.5)
+    zero = np.zeros_like(x)
+    around = {"X": (zero, -z, y), "Y": (-z, zero, x), "Z": (-y, x, zero)}[axis]
+    return orthogonal_to(lanes.ns, lanes.to_world_normal(np.stack(around)))
+
+
+@lane_op(VECTOR, reads=lambda name: (f"tangent:{name}", f"uv:{name}"))
+def uv_tangent(lanes: Any, name: str) -> Float32:
+    """Unit tangent along growing u."""
+    tangent, _ = lanes.tangent(name)
+    return orthogonal_to(lanes.ns, tangent)
+
+
+def orthogonal_to(normal: Float32, tangent: Float32) -> Float32:
+    """The part of `tangent` in the plane of `normal`, unit length."""
+    return vectors.cross(normal, vectors.normalize(vectors.cross(tangent, normal)))
+
+
+@node("Tangent")
+def tangent_node(n: NodeView) -> Outputs:
+    if n.reader.world:
+        return {"Tangent": n.constant(0.0, VECTOR)}
+    if n.prop("direction_type", "RADIAL") == "UV_MAP":
+        n.approximate("uv tangents are per triangle, not smoothed over vertices")
+        return {"Tangent": n.call(uv_tangent, static=(str(n.prop("uv_map", "")),))}
+    return {"Tangent": n.call(around_axis, static=(str(n.prop("axis", "Z")),))}
