@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
+from .camera_nodes import camera_position, window
 from .graph import NodeView
 from .ir import VECTOR, Op, Value, lane_op
 from .registry import Outputs, node
@@ -56,6 +57,12 @@ def object_space_normal(lanes: Any) -> Float32:
     return lanes.ns if to_object is None else vectors.normalize(to_object(lanes.ns))
 
 
+@lane_op(VECTOR, reads="object")
+def instancer_coordinates(lanes: Any, what: str) -> Float32:
+    """Where on its instancer the object was placed, `what` being "uv" or "generated"."""
+    return lanes.per_object(f"instancer {what}")[:3]  # type: ignore[no-any-return]
+
+
 @lane_op(VECTOR)
 def mirrored_view(lanes: Any, in_world: bool) -> Float32:
     """Texture Coordinate's Reflection: wi mirrored about the normal; in a world the ray itself."""
@@ -75,33 +82,29 @@ def coordinates(n: NodeView, default: Op = generated, static: tuple[Any, ...] = 
 
 @node("TexCoord")
 def tex_coord(n: NodeView) -> Outputs:
-    out: dict[str, Value | None] = {}
     wanted = n.reader.used.get(n.number, set())
-    if n.prop("from_instancer", False):
-        n.ignored("coordinates of the instancer are not known: zero")
-        return {name: n.constant(0.0, VECTOR) for name in wanted}
-    simple = {"Generated": generated, "Normal": object_space_normal}
-    out.update({name: n.call(what) for name, what in simple.items() if name in wanted})
-    if "UV" in wanted:
-        out["UV"] = n.call(uv_coordinates, static=("",))
-    if "Object" in wanted:
-        matrix = n.prop("object_matrix", None)
-        out["Object"] = (
-            n.call(object_position)
-            if matrix is None
-            else n.call(transformed_position, static=tuple(float(x) for x in matrix))
-        )
-    if "Reflection" in wanted:
-        out["Reflection"] = n.call(mirrored_view, static=(n.reader.world,))
-    for name in wanted & {"Camera", "Window"}:
-        n.ignored(f"{name} coordinates are not known: zero")
-        out[name] = n.constant(0.0, VECTOR)
-    return out
+    from_instancer, in_world = bool(n.prop("from_instancer", False)), n.reader.world
+    matrix = n.prop("object_matrix", None)
+    table: dict[str, tuple[Op, tuple[Any, ...]]] = {
+        "Generated": (generated, ()),
+        "Normal": (object_space_normal, ()),
+        "UV": (uv_coordinates, ("",)),
+        "Object": (object_position, ()),
+        "Camera": (camera_position, (in_world,)),
+        "Window": (window, (in_world,)),
+        "Reflection": (mirrored_view, (in_world,)),
+    }
+    if matrix is not None:
+        table["Object"] = transformed_position, tuple(float(x) for x in matrix)
+    if from_instancer:
+        table["UV"] = instancer_coordinates, ("uv",)
+        if not in_world:
+            table["Generated"] = instancer_coordinates, ("generated",)
+    return {name: n.call(what, static=static) for name, (what, static) in table.items() if name in wanted}
 
 
 @node("UVMap")
 def uv_map(n: NodeView) -> Outputs:
     if n.prop("from_instancer", False):
-        n.ignored("the instancer's uv map is not known: zero")
-        return {"UV": n.constant(0.0, VECTOR)}
+        return {"UV": n.call(instancer_coordinates, static=("uv",))}
     return {"UV": n.call(uv_coordinates, static=(str(n.prop("uv_map", "")),))}

@@ -41,9 +41,7 @@ def object_random(lanes: Any) -> Float32:
 
 @node("ObjectInfo")
 def object_info(n: NodeView) -> Outputs:
-    if n.wants("Material Index"):
-        n.ignored("Material Index is not known: 0")
-    out: dict[str, Value | None] = {"Material Index": n.constant(0.0, FLOAT)}
+    out: dict[str, Value | None] = {"Material Index": n.constant(n.reader.graph.pass_index, FLOAT)}
     if n.wants("Color") or n.wants("Alpha"):
         out["Color"], out["Alpha"] = n.calls(object_color)
     table = {"Location": object_location, "Object Index": object_index, "Random": object_random}
@@ -51,30 +49,49 @@ def object_info(n: NodeView) -> Outputs:
     return out
 
 
-for _name, _outputs in {
-    "ParticleInfo": {
-        "Index": FLOAT,
-        "Random": FLOAT,
-        "Age": FLOAT,
-        "Lifetime": FLOAT,
-        "Location": VECTOR,
-        "Size": FLOAT,
-        "Velocity": VECTOR,
-        "Angular Velocity": VECTOR,
-    },
-    "HairInfo": {
-        "Is Strand": FLOAT,
-        "Intercept": FLOAT,
-        "Length": FLOAT,
-        "Thickness": FLOAT,
-        "Tangent Normal": VECTOR,
-        "Random": FLOAT,
-    },
-    "PointInfo": {"Position": VECTOR, "Radius": FLOAT, "Random": FLOAT},
-}.items():
+@lane_op(FLOAT, reads="object")
+def particle_number(lanes: Any, row: str, part: int) -> Float32:
+    """One number of the particle that the object was made from."""
+    return lanes.per_object(row)[part]  # type: ignore[no-any-return]
 
-    @node(_name)
-    def _zeros(n: NodeView, outputs: dict[str, str] = _outputs) -> Outputs:
-        if n.node.kind != "HairInfo" or any(n.wants(name) for name in outputs if name != "Is Strand"):
-            n.ignored(f"{n.node.kind} is not known: 0")
-        return {name: n.constant(0.0, kind) for name, kind in outputs.items()}
+
+@lane_op(VECTOR, reads="object")
+def particle_vector(lanes: Any, row: str) -> Float32:
+    """One vector of the particle that the object was made from."""
+    return lanes.per_object(row)[:3]  # type: ignore[no-any-return]
+
+
+NUMBERS = {
+    "Index": ("particle", 0),
+    "Random": ("particle", 1),
+    "Age": ("particle", 2),
+    "Lifetime": ("particle", 3),
+    "Size": ("particle location", 3),
+}
+VECTORS = {
+    "Location": ("particle location",),
+    "Velocity": ("particle velocity",),
+    "Angular Velocity": ("particle angular velocity",),
+}
+
+
+@node("ParticleInfo")
+def particle_info(n: NodeView) -> Outputs:
+    numbers = {name: n.call(particle_number, static=row) for name, row in NUMBERS.items() if n.wants(name)}
+    vectors = {name: n.call(particle_vector, static=row) for name, row in VECTORS.items() if n.wants(name)}
+    return numbers | vectors
+
+
+@node("HairInfo")
+def hair_info(n: NodeView) -> Outputs:
+    """All 0 on meshes; hair itself is not rendered."""
+    numbers = ("Is Strand", "Intercept", "Length", "Thickness", "Random")
+    zeros: dict[str, Value | None] = {name: n.constant(0.0, FLOAT) for name in numbers}
+    return zeros | {"Tangent Normal": n.constant(0.0, VECTOR)}
+
+
+@node("PointInfo")
+def point_info(n: NodeView) -> Outputs:
+    """All 0 on meshes; point clouds are not rendered."""
+    zero = n.constant(0.0, FLOAT)
+    return {"Position": n.constant(0.0, VECTOR), "Radius": zero, "Random": zero}

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.raykind import RayKind
+from ..core.view import View
 
 if TYPE_CHECKING:
     from .batch import Batch
@@ -32,6 +33,7 @@ class ProbeLanes:
     """
 
     smooth = False
+    view = View()
 
     def __init__(self, material: NDArray[np.int32], points: Float32) -> None:
         self.n = points.shape[1]
@@ -55,6 +57,9 @@ class ProbeLanes:
 
     def color(self, name: str) -> Float32:
         return np.ones((4, self.n), np.float32)
+
+    def attribute(self, name: str) -> Float32:
+        return np.concatenate([self.color(name), self.color(name)[:1]])
 
     def tangent(self, uv_name: str) -> tuple[Float32, Float32]:
         t = np.zeros_like(self.position)
@@ -81,6 +86,12 @@ class ProbeLanes:
 
     def object_color(self) -> Float32:
         return np.ones((4, self.n), np.float32)
+
+    def per_object(self, name: str) -> Float32:
+        return np.zeros((4, self.n), np.float32)
+
+    def window(self) -> Float32:
+        return self.view.image_of_direction(self.position)
 
     def object_location(self) -> Float32:
         return np.zeros((3, self.n), np.float32)

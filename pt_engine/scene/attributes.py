@@ -109,6 +109,24 @@ def color_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:
     return build_layer(snapshot, geometry, pick, (0.0, 0.0, 0.0, 0.0))
 
 
+def attribute_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:
+    """What an Attribute node reads: x, y, z, alpha and the number, which of a pair is its x, else the mean.
+
+    "uv" and "vertex_color" are Cycles' names of the active uv map and colour.
+    """
+    pick = {}
+    for m, mesh in enumerate(snapshot.meshes):
+        pair = mesh.uvs.get(mesh.active_uv if name == "uv" else name)
+        color = mesh.colors.get(mesh.active_color if name == "vertex_color" else name)
+        if pair is not None and mesh.corner_index is not None:
+            zero = np.zeros(len(pair), np.float32)
+            pick[m] = np.stack([*pair.T, zero, zero + 1, pair[:, 0]], axis=1), mesh.corner_index
+        elif color is not None:
+            number = (color[:, 0] + color[:, 1] + color[:, 2]) * np.float32(1 / 3)
+            pick[m] = np.concatenate([color, number[:, None]], axis=1), _color_index(mesh, color)
+    return build_layer(snapshot, geometry, pick, (0.0, 0.0, 0.0, 1.0, 0.0))
+
+
 def _color_index(mesh: MeshData, color: Float32) -> Int32:
     corners = mesh.corner_index
     if corners is not None and (not corners.size or int(np.max(corners)) < len(color)):

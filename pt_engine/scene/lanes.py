@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import copy
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
+from ..core.raykind import RayKind
+from ..core.view import View
 from .accel import Hits
+from .arrivals import Arrival
 from .geometry import BOUND, EMITTER, INSTANCE, NORMAL, PLANE, Geometry
 from .moved import moved, steps
 
@@ -113,35 +116,6 @@ class Surface:
         return (self.facing < 0).astype(np.float32)
 
 
-class Arrival(Protocol):
-    """How rays came to a point: what `PathState` knows of it."""
-
-    @property
-    def kind(self) -> Int32: ...
-    @property
-    def depth(self) -> Int32: ...
-    @property
-    def passed(self) -> Int32: ...
-
-
-class Arrivals(NamedTuple):
-    """How some rays came, apart from their paths."""
-
-    kind: Int32
-    depth: Int32
-    passed: Int32
-
-    @classmethod
-    def by(cls, kind: int, n: int) -> Arrivals:
-        """`n` rays of one kind that have met nothing before."""
-        zero = np.zeros(n, np.int32)
-        return cls(np.full(n, kind, np.int32), zero, zero)
-
-    def take(self, index: NDArray[np.intp]) -> Arrivals:
-        """Some of them."""
-        return Arrivals(*(row.take(index) for row in self))
-
-
 class Lanes:
     """A slice of lanes on surfaces of one batch, for shader programs.
 
@@ -160,6 +134,11 @@ class Lanes:
         self.scene, self.si, self.smooth, self._path = scene, si, smooth, path
         self.n = si.size
         self.p, self.wi, self.ng = si.p, si.wi, si.ng
+
+    @property
+    def view(self) -> View:
+        """The camera's space and image."""
+        return self.scene.view
 
     @property
     def ray_kind(self) -> Int32:
@@ -242,6 +221,11 @@ class Lanes:
         si = self.si
         return self.scene.layer("color", name).at(si.prim, si.instance, si.u, si.v)
 
+    def attribute(self, name: str) -> Float32:
+        """(5, n) of an attribute: x, y, z, alpha, and what it is as a number."""
+        si = self.si
+        return self.scene.layer("attribute", name).at(si.prim, si.instance, si.u, si.v)
+
     def generated(self) -> Float32:
         """(3, n) Generated coordinates."""
         si = self.si
@@ -295,6 +279,13 @@ class Lanes:
         """(3, n) Object Info's Location."""
         return self.scene.transforms.location(self.si.instance)
 
+    def per_object(self, name: str) -> Float32:
+        """(4, n) a row of `Instances.attributes`; 0 where the snapshot has none."""
+        table = self.scene.instances.attributes.get(name)
+        if table is None:
+            return np.zeros((4, self.n), np.float32)
+        return np.ascontiguousarray(table.take(self.si.instance, axis=0).T)
+
 
 def edges(corners: tuple[Float32, Float32, Float32]) -> tuple[Float32, Float32]:
     """Differences to the first corner."""
@@ -311,9 +302,13 @@ class SkyLanes:
         World direction of travel.
     kind : (N,) int32
         `RayKind` bits.
+    view : View
+        The camera's.
+    origin : (3, N) float32 or None
+        Where in the world the rays have started; only what an orthographic camera sees depends on it.
     """
 
-    def __init__(self, direction: Float32, kind: Int32) -> None:
+    def __init__(self, direction: Float32, kind: Int32, view: View, origin: Float32 | None = None) -> None:
         self.n = direction.shape[1]
         self.position = self.p = direction
         self.wi = self.ng = self.ns = -direction
@@ -321,7 +316,22 @@ class SkyLanes:
         self.depth = self.transparent_depth = self.material = np.zeros(self.n, np.int32)
         self.backfacing = np.zeros(self.n, np.float32)
         self.ray_length = np.full(self.n, np.float32(1e30))
-        self._direction = direction
+        self._direction, self._origin, self.view = direction, origin, view
+
+    def window(self) -> Float32:
+        """(2, n) where the direction is in the image; through an orthographic camera, where its ray started.
+
+        Other rays of such a camera's picture take the direction for a point, as Cycles does.
+        """
+        if self.view.kind != "ORTHO":
+            return self.view.image_of_direction(self._direction)
+        seen = ((self.ray_kind & RayKind.CAMERA) != 0).astype(np.float32)
+        start = self._direction if self._origin is None else self._origin
+        return self.view.image_of_point(start * seen + self._direction * (1 - seen))
+
+    def per_object(self, name: str) -> Float32:
+        """Zero: the sky is no object."""
+        return np.zeros((4, self.n), np.float32)
 
     def generated(self) -> Float32:
         """(3, n) the direction."""
@@ -336,6 +346,12 @@ class SkyLanes:
     def color(self, name: str) -> Float32:
         """Zero: the sky has no colour attribute."""
         return np.zeros((4, self.n), np.float32)
+
+    def attribute(self, name: str) -> Float32:
+        """Not found: zero with alpha 1."""
+        out = np.zeros((5, self.n), np.float32)
+        out[3] = 1
+        return out
 
     def tangent(self, uv_name: str) -> tuple[Float32, Float32]:
         """Zero: the sky has no uv map."""

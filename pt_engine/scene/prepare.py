@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..cameras import make_camera
 from ..core.raykind import RayKind
+from ..core.view import View
 from ..emitters.environment import ConstantEnvironment, Environment, EnvironmentMap, texel_directions
 from ..emitters.lights import Lights
 from ..emitters.triangle import TriangleEmitters
@@ -16,12 +17,20 @@ from ..nodes.compile import Materials, compile_materials
 from ..nodes.coverage import IGNORED, Coverage
 from ..nodes.world import WorldProgram, compile_light, compile_world
 from .accel import Accel
-from .attributes import Layer, color_layer, generated_layer, normal_layer, position_layer, uv_layer
+from .attributes import (
+    Layer,
+    attribute_layer,
+    color_layer,
+    generated_layer,
+    normal_layer,
+    position_layer,
+    uv_layer,
+)
 from .features import features
 from .geometry import BOUND, Geometry, pack, place
 from .lanes import SkyLanes
 from .scene import Scene
-from .snapshot import Snapshot, Visibility
+from .snapshot import CameraData, Snapshot, Visibility
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -39,6 +48,7 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
     started = time.perf_counter()
     materials = compile_materials(snapshot.materials, snapshot.images, snapshot.ocio_config)
     world = compile_world(snapshot.world, snapshot.images, snapshot.ocio_config)
+    view = view_of(snapshot.camera)
     placed = place(snapshot)
     accel = Accel(placed.vertices, placed.triangles)
     geometry = pack(snapshot, placed)
@@ -51,7 +61,7 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
         np.array([strength for strength, _ in lamp_programs], np.float64).reshape(-1, 3),
         geometry.origin,
         triangles,
-        environment(world),
+        environment(world, view),
         geometry.radius,
     )
     geometry.release()
@@ -59,7 +69,7 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
     scene = Scene(geometry, accel, snapshot.instances, layers, materials, world, lights, film_transparent)
     scene.emissive_prim = prim
     scene.material_names = tuple(graph.name for graph in snapshot.materials)
-    scene.camera = make_camera(snapshot.camera, geometry.origin)
+    scene.camera, scene.view = make_camera(snapshot.camera, geometry.origin), view
     scene.exposure = snapshot.exposure
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
     scene.coverage = coverage(snapshot, scene, [entry for _, log in lamp_programs for entry in log])
@@ -89,7 +99,12 @@ def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32,
     return prim.astype(np.int32), emitters
 
 
-def environment(world: WorldProgram) -> Environment | None:
+def view_of(camera: CameraData) -> View:
+    """The camera's space and image."""
+    return View(camera.kind, camera.matrix, camera.frame, camera.panorama, camera.fisheye_polynomial)
+
+
+def environment(world: WorldProgram, view: View) -> Environment | None:
     """The world as an emitter to sample; its brightness is tabulated unless it is constant."""
     if not world.emits:
         return None
@@ -98,7 +113,7 @@ def environment(world: WorldProgram) -> Environment | None:
 
     def radiance(d: Float32) -> Float32:
         kind = np.full(d.shape[1], RayKind.DIFFUSE | RayKind.REFLECTION, np.int32)
-        return world.emission(SkyLanes(d, kind))
+        return world.emission(SkyLanes(d, kind, view))
 
     height = ENVIRONMENT_HEIGHT
     d = texel_directions(height, 2 * height)
@@ -126,6 +141,8 @@ def shading_layers(
             layers["position", ""] = position_layer(snapshot, geometry)
         elif kind == "color":
             layers["color", name] = color_layer(snapshot, geometry, name)
+        elif kind == "attribute":
+            layers["attribute", name] = attribute_layer(snapshot, geometry, name)
         elif kind == "generated":
             layers["generated", ""] = generated_layer(snapshot, geometry)
     return layers

@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 
 from ..core import vectors
 from ..core.raykind import RayKind
+from ..core.view import View
 from ..emitters.lights import Lights, LightSample
 from .accel import FAR, Accel, Hits
+from .arrivals import Arrivals
 from .attributes import Layer
 from .geometry import SKY, Geometry
-from .lanes import Arrivals, Lanes, SkyLanes, Surface
+from .lanes import Lanes, SkyLanes, Surface
 from .shading import ShadedBSDF, SliceBSDF
 from .snapshot import Instances
 from .transforms import Transforms
@@ -99,6 +101,7 @@ class Scene:
     """See the module. Built by `prepare`."""
 
     camera: Camera
+    view: View
     exposure: float = 1.0
     pixel_angle: float = 1e-3  # width of a pixel at distance 1
     lights_without_shadow: bool
@@ -211,7 +214,8 @@ class Scene:
                 escaped = self._leave_film_clear(escaped, path)
             if len(escaped):
                 d = rays.d.take(escaped, axis=1)
-                sky = self.world.emission(SkyLanes(d, path.kind.take(escaped)))
+                o = rays.o.take(escaped, axis=1) + self.origin32 if self.view.kind == "ORTHO" else None
+                sky = self.world.emission(SkyLanes(d, path.kind.take(escaped), self.view, o))
                 yield Found(escaped, sky, self.lights.environment_pdf(d))
         if self.lights.description.has_triangles:
             lit = np.flatnonzero(self._surface_emits.take(found.surface))

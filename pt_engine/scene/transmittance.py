@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from ..core import vectors
 from ..core.raykind import RayKind
 from ..core.rows import scatter
+from .arrivals import Arrivals
 from .geometry import SKY
-from .lanes import Arrivals, Lanes, Surface
+from .lanes import Lanes, Surface
 
 if TYPE_CHECKING:
     from .scene import Scene

@@ -125,7 +125,8 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
     "Displacement": settings(space=("OBJECT", "WORLD")),
     "VectorDisplacement": settings(space=("TANGENT", "OBJECT", "WORLD")),
     "Tangent": settings(axis=("X", "Y", "Z")) + [{"direction_type": "UV_MAP"}],
-    "TexCoord": settings(object_matrix=[None, tuple(np.eye(4).ravel().tolist())]),
+    "TexCoord": settings(object_matrix=[None, tuple(np.eye(4).ravel().tolist())], from_instancer=BOTH),
+    "Attribute": settings(attribute_name=["A"], attribute_type=("GEOMETRY", "OBJECT")),
     "BsdfGlossy": GLOSSY,
     "BsdfGlass": GLOSSY,
     "BsdfMetallic": settings(fresnel_type=("F82", "PHYSICAL_CONDUCTOR"), distribution="MULTI_GGX"),
@@ -135,7 +136,8 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
 }  # fmt: skip
 # of the nodes that compute only what some link reads
 OUTPUTS = {
-    *("Generated", "Normal", "UV", "Object", "Reflection"),
+    *("Generated", "Normal", "UV", "Object", "Reflection", "Camera", "Window"),
+    *("View Vector", "View Z Depth", "Index", "Age", "Lifetime", "Size", "Velocity"),
     *("Position", "Tangent", "True Normal", "Incoming", "Parametric", "Backfacing"),
     *("Color", "Alpha", "Location", "Object Index", "Random", "Value", "Dot"),
     *("Ray Length", "Ray Depth", "Transparent Depth", "Diffuse Depth", *light_path.KINDS),

@@ -11,9 +11,11 @@ from support.hits import lanes_of, placed, random_directions, rotation, shoot
 
 from pt_engine.core import vectors
 from pt_engine.core.raykind import RayKind
+from pt_engine.core.view import View
+from pt_engine.scene.arrivals import Arrivals
 from pt_engine.scene.attributes import color_layer, generated_layer, position_layer, uv_layer
 from pt_engine.scene.geometry import flatten
-from pt_engine.scene.lanes import Arrivals, Lanes, SkyLanes
+from pt_engine.scene.lanes import Lanes, SkyLanes
 from pt_engine.scene.moved import moved, steps
 from pt_engine.scene.prepare import prepare
 
@@ -212,7 +214,7 @@ def test_a_moved_lane_reads_attributes_where_it_has_moved(hits):
 def test_the_sky_sees_directions():
     """Position, normal and Generated are the ray's direction, as in Blender; it has no object."""
     d = np.ascontiguousarray(random_directions(5, 6).T, np.float32)
-    sky = SkyLanes(d, np.full(5, RayKind.CAMERA, np.int32))
+    sky = SkyLanes(d, np.full(5, RayKind.CAMERA, np.int32), View())
     for value in (sky.position, sky.generated(), sky.object_position(), -sky.wi, -sky.ns, -sky.ng):
         np.testing.assert_array_equal(value, d)
     zeros = (sky.uv(""), sky.color(""), sky.barycentric(), sky.object_random(), sky.object_color())
