@@ -125,7 +125,7 @@ class Collector:
             self._mesh_number[data],
             self._slots[owner.original.as_pointer(), data],
             self.visibility(instance, owner),
-            tuple(owner.color),
+            tuple((instance.parent if instance.is_instance else owner).color),  # an instancer's, as in Cycles
             owner.pass_index,
             owner.name,
         )

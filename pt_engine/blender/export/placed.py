@@ -19,6 +19,7 @@ from .needs import PARTICLE_ROWS
 from .properties import NOTHING, Rgba, as_rgba, first_of, object_rgba, rgba_of
 from .random_id import MASK, jenkins
 
+WITH_GEOMETRY = {"MESH", "CURVE", "SURFACE", "FONT", "CURVES", "POINTCLOUD", "VOLUME", "GREASEPENCIL"}
 UNUSED = 2**31 - 1  # in the parts of a persistent id that a less nested instance does not need
 
 
@@ -65,24 +66,15 @@ class PlacedAttributes:
 
     def instance_rgba(self, instance, name: str) -> Rgba | None:
         """An attribute that geometry nodes have stored on an instance."""
-        data = self.instance_layer(instance.parent, name)
-        if data is None:
-            return None
+        values = self.instance_layer(instance.parent, name)
         number = [part for part in instance.persistent_id if part != UNUSED][-1]  # the outermost
-        if number >= len(data):
-            return None
-        item = data[number]
-        field = next((name for name in ("value", "vector", "color") if hasattr(item, name)), None)
-        return None if field is None else as_rgba(getattr(item, field))
+        return values[number] if number < len(values) else None
 
-    def instance_layer(self, parent, name: str):
-        """The data of an attribute of the instances that geometry nodes of `parent` have made."""
+    def instance_layer(self, parent, name: str) -> list[Rgba | None]:
+        """The values of an attribute of the instances that geometry nodes of `parent` have made."""
         key = (parent.as_pointer(), name)
         if key not in self._instance_layers:
-            get = getattr(parent, "evaluated_geometry", None)
-            cloud = None if get is None else get().instances_pointcloud()
-            layer = None if cloud is None else cloud.attributes.get(name)
-            self._instance_layers[key] = None if layer is None else list(layer.data)
+            self._instance_layers[key] = instance_values(parent, name)
         return self._instance_layers[key]
 
     def particle(self, instance) -> dict[str, Rgba]:
@@ -101,6 +93,19 @@ class PlacedAttributes:
 
 
 NO_PARTICLE = dict.fromkeys(PARTICLE_ROWS, NOTHING) | {"particle": (0.0, jenkins(0) / MASK, 0.0, 0.0)}
+
+
+def instance_values(parent, name: str) -> list[Rgba | None]:
+    """An attribute of the instances in an object's evaluated geometry; [] where none has that name."""
+    if parent.type not in WITH_GEOMETRY or not hasattr(parent, "evaluated_geometry"):
+        return []
+    geometry = parent.evaluated_geometry()  # owns the cloud: keep it until that has been read
+    cloud = geometry.instances_pointcloud()
+    layer = None if cloud is None else cloud.attributes.get(name)
+    if layer is None or not len(layer.data):
+        return []
+    field = next((field for field in ("value", "vector", "color") if hasattr(layer.data[0], field)), None)
+    return [] if field is None else [as_rgba(getattr(item, field)) for item in layer.data]
 
 
 def on_instancer(instance, kind: str) -> Rgba:
