@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .attribute_nodes import mesh_attribute
 from .coordinates import position
 from .graph import NodeView
 from .ir import FLOAT, VECTOR, Op, Value, lane_op
@@ -66,10 +67,7 @@ def geometry(n: NodeView) -> Outputs:
         out["Normal"] = n.reader.surface_normal
     if n.reader.world:
         out["Tangent"] = n.constant(0.0, VECTOR)
-    if "Pointiness" in wanted:
-        n.ignored("Pointiness is not known: flat (0.5) everywhere")
-        out["Pointiness"] = n.constant(0.5, FLOAT)
-    if "Random Per Island" in wanted:
-        n.ignored("Random Per Island is not known: 0 everywhere")
-        out["Random Per Island"] = n.constant(0.0, FLOAT)
+    for name in wanted & {"Pointiness", "Random Per Island"}:
+        own = name.lower().replace(" ", "_")
+        out[name] = n.constant(0.0, FLOAT) if n.reader.world else n.calls(mesh_attribute, static=(own,))[2]
     return out

@@ -61,12 +61,10 @@ class ProbeLanes:
     def attribute(self, name: str) -> Float32:
         return np.concatenate([self.color(name), self.color(name)[:1]])
 
-    def tangent(self, uv_name: str) -> tuple[Float32, Float32]:
+    def object_tangent(self, uv_name: str) -> tuple[Float32, Float32]:
         t = np.zeros_like(self.position)
         t[0] = 1
         return t, np.ones(self.n, np.float32)
-
-    object_tangent = tangent
 
     def barycentric(self) -> Float32:
         return self.position[:2]

@@ -24,11 +24,11 @@ def around_axis(lanes: Any, axis: str) -> Float32:
     return orthogonal_to(lanes.ns, lanes.to_world_normal(np.stack(around)))
 
 
-@lane_op(VECTOR, reads=lambda name: (f"tangent:{name}", f"uv:{name}"))
+@lane_op(VECTOR, reads=lambda name: (f"tangent:{name}",))
 def uv_tangent(lanes: Any, name: str) -> Float32:
-    """Unit tangent along growing u."""
-    tangent, _ = lanes.tangent(name)
-    return orthogonal_to(lanes.ns, tangent)
+    """Unit tangent along growing u; it comes to the world as if it were a normal, as in Cycles."""
+    tangent, _ = lanes.object_tangent(name)
+    return orthogonal_to(lanes.ns, lanes.to_world_normal(tangent))
 
 
 def orthogonal_to(normal: Float32, tangent: Float32) -> Float32:
@@ -41,6 +41,5 @@ def tangent_node(n: NodeView) -> Outputs:
     if n.reader.world:
         return {"Tangent": n.constant(0.0, VECTOR)}
     if n.prop("direction_type", "RADIAL") == "UV_MAP":
-        n.approximate("uv tangents are per triangle, not smoothed over vertices")
         return {"Tangent": n.call(uv_tangent, static=(str(n.prop("uv_map", "")),))}
     return {"Tangent": n.call(around_axis, static=(str(n.prop("axis", "Z")),))}

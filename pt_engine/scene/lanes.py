@@ -231,25 +231,11 @@ class Lanes:
         si = self.si
         return self.scene.layer("generated", "").at(si.prim, si.instance, si.u, si.v)
 
-    def tangent(self, uv_name: str) -> tuple[Float32, Float32]:
-        """World-space unit direction of growing u, orthogonal to `ns`, and the sign of the bitangent.
-
-        Per triangle, from the uv gradient (Mikkelsen's per-vertex smoothing is left out).
-        """
-        along_u, sign = self.object_tangent(uv_name)
-        tangent = self.to_world_vector(along_u)
-        tangent -= vectors.dot(tangent, self.ns) * self.ns
-        return vectors.normalize(tangent), sign
-
     def object_tangent(self, uv_name: str) -> tuple[Float32, Float32]:
-        """Object-space unit direction of growing u in the triangle, and the sign of the bitangent."""
+        """Object-space direction of growing u (unnormalised), sign of the bitangent; 0 without the map."""
         si = self.si
-        e1, e2 = edges(self.scene.layer("position", "").corners(si.prim, si.instance))
-        d1, d2 = edges(self.scene.layer("uv", uv_name).corners(si.prim, si.instance))
-        along_u = e1 * d2[1] - e2 * d1[1]  # dp/du times the determinant
-        determinant = d1[0] * d2[1] - d1[1] * d2[0]
-        sign = np.copysign(np.float32(1), determinant)
-        return vectors.normalize(along_u * sign), sign
+        values = self.scene.layer("tangent", uv_name).at(si.prim, si.instance, si.u, si.v)
+        return values[:3], values[3]
 
     def barycentric(self) -> Float32:
         """(2, n) weights of the triangle's corners 1 and 2."""
@@ -285,12 +271,6 @@ class Lanes:
         if table is None:
             return np.zeros((4, self.n), np.float32)
         return np.ascontiguousarray(table.take(self.si.instance, axis=0).T)
-
-
-def edges(corners: tuple[Float32, Float32, Float32]) -> tuple[Float32, Float32]:
-    """Differences to the first corner."""
-    a, b, c = corners
-    return b - a, c - a
 
 
 class SkyLanes:
@@ -352,10 +332,6 @@ class SkyLanes:
         out = np.zeros((5, self.n), np.float32)
         out[3] = 1
         return out
-
-    def tangent(self, uv_name: str) -> tuple[Float32, Float32]:
-        """Zero: the sky has no uv map."""
-        return np.zeros((3, self.n), np.float32), np.ones(self.n, np.float32)
 
     def barycentric(self) -> Float32:
         """Zero."""

@@ -24,6 +24,7 @@ from .attributes import (
     generated_layer,
     normal_layer,
     position_layer,
+    tangent_layer,
     uv_layer,
 )
 from .features import features
@@ -133,10 +134,10 @@ def shading_layers(
         layers["normal", ""] = normals
     for need in materials.needs:
         kind, _, name = need.partition(":")
-        if kind in ("uv", "tangent"):
+        if kind == "uv":
             layers["uv", name] = uv_layer(snapshot, geometry, name)
-            if kind == "tangent":
-                layers["position", ""] = position_layer(snapshot, geometry)
+        elif kind == "tangent":
+            layers["tangent", name] = tangent_layer(snapshot, geometry, name)
         elif kind == "position":
             layers["position", ""] = position_layer(snapshot, geometry)
         elif kind == "color":

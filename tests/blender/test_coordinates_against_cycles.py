@@ -38,9 +38,7 @@ CASES = [
         case("NormalMap", "Normal", links={"Color": (0.6, 0.3, 0.9, 1), "Strength": 0.7}, space=space)
         for space in ("OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD")
     ),
-    # approximate: tangents per triangle, height differences over a step of our own
-    case("NormalMap", "Normal", 0.12, 0.05, links={"Color": (0.6, 0.3, 0.9, 1), "Strength": 0.7}),
-    case("Tangent", "Tangent", 0.12, 0.05, direction_type="UV_MAP"),
+    # approximate: height differences over a step of our own
     *(
         case(
             "Bump", "Normal", 0.08, 0.02, links={"Height": source, "Distance": 0.2, "Strength": 0.8}, **invert

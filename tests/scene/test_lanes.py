@@ -13,7 +13,7 @@ from pt_engine.core import vectors
 from pt_engine.core.raykind import RayKind
 from pt_engine.core.view import View
 from pt_engine.scene.arrivals import Arrivals
-from pt_engine.scene.attributes import color_layer, generated_layer, position_layer, uv_layer
+from pt_engine.scene.attributes import color_layer, generated_layer, position_layer, tangent_layer, uv_layer
 from pt_engine.scene.geometry import flatten
 from pt_engine.scene.lanes import Lanes, SkyLanes
 from pt_engine.scene.moved import moved, steps
@@ -30,6 +30,7 @@ def with_all_layers(snapshot):
     scene._layers["color", "paint"] = color_layer(snapshot, geometry, "paint")
     scene._layers["generated", ""] = generated_layer(snapshot, geometry)
     scene._layers["position", ""] = position_layer(snapshot, geometry)
+    scene._layers["tangent", "map"] = tangent_layer(snapshot, geometry, "map")
     return scene
 
 
@@ -77,7 +78,7 @@ ATTRIBUTES = {
     "color": lambda lanes: lanes.color("paint"),
     "generated": lambda lanes: lanes.generated(),
     "object position": lambda lanes: lanes.object_position(),
-    "tangent": lambda lanes: lanes.tangent("map")[0],
+    "tangent": lambda lanes: lanes.object_tangent("map")[0],
     "barycentric": lambda lanes: lanes.barycentric(),
     "object random": lambda lanes: lanes.object_random(),
     "object color": lambda lanes: lanes.object_color(),

@@ -11,6 +11,7 @@ import numpy as np
 from ...scene.snapshot import MeshData
 from .edge_attributes import mean_at_vertices
 from .needs import Needs
+from .vertex_attributes import pointiness, random_per_island
 
 READ_AS = {  # attribute data type -> property, dtype, components
     "FLOAT_COLOR": ("color", np.float32, 4),
@@ -23,6 +24,7 @@ READ_AS = {  # attribute data type -> property, dtype, components
     "FLOAT2": ("vector", np.float32, 2),
     "QUATERNION": ("value", np.float32, 4),
 }
+COMPUTED = {"pointiness", "random_per_island"}
 PAIRS = "FLOAT2"  # kept with the UV maps, since Cycles takes a number from them in another way
 
 
@@ -136,11 +138,21 @@ class Layers:
     def colors(self, wanted) -> dict:
         """The other attributes among `wanted`, as (L, 4)."""
         names = {name or self.active_color for name in wanted}
-        return {
+        stored = {
             name: four_channels(self.at_corners(attribute))
-            for name, attribute in self.attributes(names).items()
+            for name, attribute in self.attributes(names - COMPUTED).items()
             if attribute.data_type != PAIRS
         }
+        computed = {name: self.computed(name)[self.corner_vertex] for name in names & COMPUTED}
+        return stored | {name: four_channels(values) for name, values in computed.items()}
+
+    def computed(self, name: str):
+        """(V,) what Cycles calls by one of its own names."""
+        edges = read(self.mesh.attributes[".edge_verts"].data, "value", np.int32, 2)
+        if name == "random_per_island":
+            return random_per_island(len(self.mesh.vertices), edges)
+        positions = read(self.mesh.attributes["position"].data, "vector", np.float32, 3)
+        return pointiness(positions, read(self.mesh.vertex_normals, "vector", np.float32, 3), edges)
 
     def attributes(self, names) -> dict:
         """Those of these names that can be read."""

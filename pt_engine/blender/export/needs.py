@@ -63,12 +63,15 @@ def node_needs(node: Node, outputs: set[str]) -> Needs:
         return Needs(objects=frozenset(f"instancer {name.lower()}" for name in outputs & {"UV", "Generated"}))
     if node.kind == "TexCoord":
         return Needs(uvs=uv_if("UV" in outputs), generated="Generated" in outputs)
+    if node.kind == "NewGeometry":
+        own = {name.lower().replace(" ", "_") for name in outputs & {"Pointiness", "Random Per Island"}}
+        return Needs(colors=frozenset(own), generated="Tangent" in outputs)
     if node.kind == "ParticleInfo":
         return Needs(objects=frozenset(PARTICLE_ROWS))
     if node.kind == "UVMap":
         return Needs(uvs=frozenset({str(props["uv_map"])}))
-    if node.kind == "NormalMap":
-        return Needs(uvs=uv_if(props["space"] == "TANGENT", props["uv_map"]))
+    if node.kind == "NormalMap" and props["space"] == "TANGENT":
+        return Needs(uvs=frozenset({str(props["uv_map"])}))
     if node.kind == "Tangent":
         uv = props["direction_type"] == "UV_MAP"
         return Needs(uvs=uv_if(uv, props["uv_map"]), generated=not uv)
