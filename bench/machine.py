@@ -52,7 +52,31 @@ def description() -> dict[str, Any]:
     from pt_engine.render.stats import versions
 
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
-    return {"processor": processor(), "cores": os.cpu_count(), "load": load, "versions": versions()}
+    return {
+        "processor": processor(),
+        "cores": os.cpu_count(),
+        "load": load,
+        "product_ns": product_ns(),
+        "versions": versions(),
+    }
+
+
+def product_ns(lanes: int = 1 << 16, chain: int = 12, repeats: int = 30) -> float:
+    """Nanoseconds that numpy takes per product of two float32 numbers, in arrays as a pass has them.
+
+    A chain of products of new (3, lanes) arrays, of which several are alive at a time: what does not fit
+    the second-level cache shows, as it does in a render. Tells machines apart.
+    """
+    import numpy as np
+
+    def once() -> float:
+        arrays = [np.full((3, lanes), 1.0 + k / 8, np.float32) for k in range(4)]
+        started = time.thread_time()
+        for _ in range(chain):
+            arrays = [*arrays[1:], arrays[0] * arrays[2]]
+        return time.thread_time() - started
+
+    return min(once() for _ in range(repeats)) / (chain * 3 * lanes) * 1e9
 
 
 def processor() -> str:

@@ -33,7 +33,10 @@ def machine_text(machine: Results) -> str:
     """What it was measured on."""
     versions = ", ".join(f"{k} {v}" for k, v in machine["versions"].items() if k != "platform")
     load = "" if machine["load"] is None else f", load average {machine['load']:.1f} at the start"
-    return f"{machine['processor']}, {machine['cores']} cores{load}. {versions}."
+    return (
+        f"{machine['processor']}, {machine['cores']} cores{load}. {versions}. In arrays as a pass has them, "
+        f"numpy takes {machine['product_ns']:.2f} ns for a product of two float32 numbers."
+    )
 
 
 def millions(value: float) -> str:

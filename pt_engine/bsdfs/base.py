@@ -28,7 +28,7 @@ UInt8 = NDArray[np.uint8]
 class Lobe:
     """What kind of scattering a sample was (bits)."""
 
-    DIFFUSE, GLOSSY, DELTA, TRANSMIT, TRANSPARENT = 1, 2, 4, 8, 16
+    DIFFUSE, GLOSSY, DELTA, TRANSMIT, TRANSPARENT, PORTAL = 1, 2, 4, 8, 16, 32
     NONE = 0
 
 

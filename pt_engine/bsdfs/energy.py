@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base import Float32
+from .interpolation import cell, lerp, line, plane
 
 Int32 = NDArray[np.int32]
 
@@ -39,13 +40,15 @@ def reflection_gain(alpha_x: Float32, alpha_y: Float32 | None, cos_i: Float32, a
     -------
     (3, N) or (1, N) float32, ≥ 1
     """
-    rough = table_roughness(alpha_x, alpha_y)
-    return _gain(_lookup("reflection", rough, cos_i), _row("reflection_average", rough), average)
+    tables, rough = _tables(), table_roughness(alpha_x, alpha_y)
+    return _gain(
+        plane(tables["reflection"], rough, cos_i), line(tables["reflection_average"], rough), average
+    )
 
 
 def reflection_albedo(alpha_x: Float32, alpha_y: Float32 | None, cos_i: Float32) -> Float32:
     """E(cosθ) of white facets: (N,)."""
-    return _lookup("reflection", table_roughness(alpha_x, alpha_y), cos_i)
+    return plane(_tables()["reflection"], table_roughness(alpha_x, alpha_y), cos_i)
 
 
 def glass_gain(alpha: Float32, eta: Float32, cos_i: Float32, average: Float32) -> Float32:
@@ -101,10 +104,7 @@ def _index_axis(eta: Float32) -> Float32:
     return z
 
 
-# ------------------------------------------------------------------------- interpolation
-#
-# Linear along each axis, in one order for constants and for lanes, so that a lane's result has the same
-# bits whether its parameters come as an array or as one number.
+# ------------------------------------------------------------------------- tables
 
 
 @cache
@@ -129,54 +129,16 @@ def _inner(passed: Float32, inner_average: Float32) -> dict[str, Float32]:
     }
 
 
-def _cell(x: Float32, size: int) -> tuple[Int32, Float32]:
-    """The node below x in [0, 1] on an axis of `size` nodes, and how far x is beyond it."""
-    at = np.minimum(np.maximum(x, 0.0), 1.0) * np.float32(size - 1)
-    index = np.minimum(at.astype(np.int32), size - 2)
-    fraction: Float32 = (at - index).astype(np.float32)
-    return index, fraction
-
-
-def _lerp(table: Float32, first: Int32, second: Int32, t: Float32) -> Float32:
-    low = table.take(first, mode="clip")
-    blended: Float32 = low + t * (table.take(second, mode="clip") - low)
-    return blended
-
-
-def _row(name: str, x: Float32) -> Float32:
-    table = _tables()[name]
-    i, t = _cell(x, len(table))
-    return _lerp(table, i, i + 1, t)
-
-
-def _lookup(name: str, x: Float32, y: Float32) -> Float32:
-    """Table [X, Y]: first along x, then along y."""
-    table = _tables()[name]
-    columns = table.shape[1]
-    i, t = _cell(x, table.shape[0])
-    j, u = _cell(y, columns)
-    table = table.ravel()
-    if i.size == 1:  # one roughness: blend two rows once
-        nodes = np.arange(columns, dtype=np.int32)
-        row = _lerp(table, i * columns + nodes, (i + 1) * columns + nodes, t)
-        return _lerp(row, j, j + 1, u)
-    base = i * columns + j
-    low = _lerp(table, base, base + columns, t)
-    high = _lerp(table, base + 1, base + columns + 1, t)
-    value: Float32 = low + u * (high - low)
-    return value
-
-
 def _row2(name: str, x: Float32, z: Float32, block: Int32) -> Float32:
     """Table [X, blocks of 16 Z]: along x, then z within the block."""
     table = _tables()[name]
     width = table.shape[1]
-    i, t = _cell(x, table.shape[0])
-    k, v = _cell(z, 16)
+    i, t = cell(x, table.shape[0])
+    k, v = cell(z, 16)
     base = i * width + k + 16 * block
     table = table.ravel()
-    low = _lerp(table, base, base + width, t)
-    high = _lerp(table, base + 1, base + width + 1, t)
+    low = lerp(table, base, base + width, t)
+    high = lerp(table, base + 1, base + width + 1, t)
     value: Float32 = low + v * (high - low)
     return value
 
@@ -185,15 +147,15 @@ def _lookup3(name: str, x: Float32, z: Float32, block: Int32, y: Float32) -> Flo
     """Table [X, blocks of 16 Z, Y]: along x, then z within the block, then y."""
     table = _tables()[name]
     width, columns = table.shape[1:]
-    i, t = _cell(x, table.shape[0])
-    k, v = _cell(z, 16)
-    j, u = _cell(y, columns)
+    i, t = cell(x, table.shape[0])
+    k, v = cell(z, 16)
+    j, u = cell(y, columns)
     table = table.ravel()
     base = (i * width + k + 16 * block) * columns
     if base.size == 1:  # one roughness and index: blend four rows once
         base = base + np.arange(columns, dtype=np.int32)
         row = _plane(table, base, width * columns, columns, t, v)
-        return _lerp(row, j, j + 1, u)
+        return lerp(row, j, j + 1, u)
     base = base + j
     low = _plane(table, base, width * columns, columns, t, v)
     high = _plane(table, base + 1, width * columns, columns, t, v)
@@ -202,7 +164,7 @@ def _lookup3(name: str, x: Float32, z: Float32, block: Int32, y: Float32) -> Flo
 
 
 def _plane(table: Float32, base: Int32, step_x: int, step_z: int, t: Float32, v: Float32) -> Float32:
-    low = _lerp(table, base, base + step_x, t)
-    high = _lerp(table, base + step_z, base + step_x + step_z, t)
+    low = lerp(table, base, base + step_x, t)
+    high = lerp(table, base + step_z, base + step_x + step_z, t)
     value: Float32 = low + v * (high - low)
     return value

@@ -74,6 +74,8 @@ class FilterTable:
 
     def sample(self, u: Float32) -> Float32:
         """Offset along one axis, in pixels, for u in [0, 1); the shape of u, one call serves both axes."""
+        if self.kind == "BOX":
+            return (u - np.float32(0.5)) * np.float32(self.width)
         scaled = u * np.float32(STEPS - 1)
         index = np.minimum(scaled.astype(np.intp), STEPS - 2)
         scaled -= index.astype(np.float32)

@@ -10,7 +10,8 @@ Owen-scrambled, and decorrelates pixels by an XOR of each (pixel, dimension): se
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import ClassVar
+from functools import cached_property
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,28 +52,47 @@ class Sampler(ABC):
         return state
 
     @abstractmethod
+    def stream(self, state: UInt32) -> Stream:
+        """The numbers of the lanes with `state` (2, N), dimension by dimension."""
+
     def uniforms(self, state: UInt32, dimension: int, count: int) -> Float32:
         """`count` dimensions from `dimension` on: (count, N) float32 in [0, 1), multiples of 2⁻²⁴."""
+        result, stream = np.empty((count, state.shape[1]), np.float32), self.stream(state)
+        for row in range(count):
+            stream.fill(dimension + row, result[row])
+        return result
 
-    def _dimension_key(self, dimension: int) -> np.uint32:
+    def dimension_key(self, dimension: int) -> np.uint32:
+        """What tells one dimension's hash from another's."""
         key = self._dimension_keys.get(dimension)
         if key is None:
             key = self._dimension_keys[dimension] = np.uint32(hash_words(self.seed, 2, dimension))
         return key
 
-    def _independent(self, state: UInt32, dimension: int, count: int) -> Float32:
-        """Two rounds over pixel and sample, shared by all dimensions, then a keyed hash for each of them."""
-        base = state[1] * np.uint32(GOLDEN)
-        base ^= state[0]
-        scratch = np.empty_like(base)
-        lowbias32_inplace(base, scratch)
-        bits = np.empty_like(base)
-        result = np.empty((count, base.size), np.float32)
-        for row in range(count):
-            np.bitwise_xor(base, self._dimension_key(dimension + row), out=bits)
-            keyed_hash_inplace(bits, state[0], scratch)
-            to_unit_interval(bits, result[row])
-        return result
+
+class Stream(Protocol):
+    """Numbers of a set of lanes; what its dimensions share is computed once."""
+
+    def fill(self, dimension: int, out: Float32) -> None:
+        """Put one dimension's (N,) uniforms into `out`."""
+        ...
+
+
+class IndependentStream:
+    """Two rounds over pixel and sample, shared by all dimensions, then a keyed hash for each of them."""
+
+    def __init__(self, sampler: Sampler, state: UInt32) -> None:
+        self._sampler, self._pixel = sampler, state[0]
+        self._base = state[1] * np.uint32(GOLDEN)
+        self._base ^= self._pixel
+        self._scratch, self._bits = np.empty_like(self._base), np.empty_like(self._base)
+        lowbias32_inplace(self._base, self._scratch)
+
+    def fill(self, dimension: int, out: Float32) -> None:
+        """Hash the lanes with the dimension's key."""
+        np.bitwise_xor(self._base, self._sampler.dimension_key(dimension), out=self._bits)
+        keyed_hash_inplace(self._bits, self._pixel, self._scratch)
+        to_unit_interval(self._bits, out)
 
 
 class Independent(Sampler):
@@ -81,8 +101,8 @@ class Independent(Sampler):
     name = "independent"
     label = "Independent"
 
-    def uniforms(self, state: UInt32, dimension: int, count: int) -> Float32:
-        return self._independent(state, dimension, count)
+    def stream(self, state: UInt32) -> IndependentStream:
+        return IndependentStream(self, state)
 
 
 class Sobol(Sampler):
@@ -112,7 +132,7 @@ class Sobol(Sampler):
         super().__init__(seed, samples_hint)
         self._directions = sobol.direction_numbers()
         bits = max(samples_hint - 1, 0).bit_length() or MAX_BLOCK_BITS
-        self._block_bits = min(max(bits, MIN_BLOCK_BITS), MAX_BLOCK_BITS)
+        self.block_bits = min(max(bits, MIN_BLOCK_BITS), MAX_BLOCK_BITS)
         # Per dimension the block of samples in use and its table: one assignment, so threads never see half.
         self._blocks: dict[int, tuple[int, UInt32]] = {}
 
@@ -121,46 +141,22 @@ class Sobol(Sampler):
         """Dimensions that the sequence has; those beyond are independent."""
         return len(self._directions)
 
-    def uniforms(self, state: UInt32, dimension: int, count: int) -> Float32:
-        own = min(max(self.dimensions - dimension, 0), count)
-        if own < count:
-            rest = self._independent(state, dimension + own, count - own)
-            return rest if own == 0 else np.concatenate([self.uniforms(state, dimension, own), rest])
-        key, sample = state
-        result = np.empty((count, sample.size), np.float32)
-        if sample.size == 0:
-            return result
-        first, last = int(sample.min()), int(sample.max())
-        block = first >> self._block_bits
-        one_block = block == last >> self._block_bits
-        # take() wants intp; the conversion is shared by all dimensions.
-        index = (sample & np.uint32((1 << self._block_bits) - 1) if one_block else sample).astype(np.intp)
-        shift, scratch, points = np.empty_like(sample), np.empty_like(sample), np.empty_like(sample)
-        for row in range(count):
-            d = dimension + row
-            if one_block:
-                np.take(self._block(d, block), index, out=points, mode="clip")
-            else:
-                points = self._points(d, index)
-            np.bitwise_xor(key, self._dimension_key(d), out=shift)
-            lowbias32_inplace(shift, scratch)
-            np.bitwise_xor(points, shift, out=points)
-            to_unit_interval(points, result[row])
-        return result
+    def stream(self, state: UInt32) -> SobolStream:
+        return SobolStream(self, state)
 
-    def _block(self, dimension: int, block: int) -> UInt32:
+    def block(self, dimension: int, block: int) -> UInt32:
         """Scrambled points `block`·2ᵏ … of one dimension: (2ᵏ,), computed when first asked for."""
         known = self._blocks.get(dimension)
         if known is not None and known[0] == block:
             return known[1]
         directions = self._directions[dimension]
-        start = sobol.combine(directions, block << self._block_bits)
-        table = sobol.linear_table(directions[: self._block_bits]) ^ np.uint32(start)
+        start = sobol.combine(directions, block << self.block_bits)
+        table = sobol.linear_table(directions[: self.block_bits]) ^ np.uint32(start)
         table = sobol.owen_scramble(table, self._scramble_seed(dimension))
         self._blocks[dimension] = (block, table)
         return table
 
-    def _points(self, dimension: int, index: NDArray[np.intp]) -> UInt32:
+    def points(self, dimension: int, index: NDArray[np.intp]) -> UInt32:
         """The same points for samples far apart (tiny images): three look-ups and the scramble itself."""
         directions = self._directions[dimension]
         points = np.zeros(index.size, np.uint32)
@@ -171,6 +167,45 @@ class Sobol(Sampler):
 
     def _scramble_seed(self, dimension: int) -> int:
         return hash_words(self.seed, 3, dimension)
+
+
+class SobolStream:
+    """Look-ups in the dimension's table, or points of their own for samples far apart."""
+
+    def __init__(self, sampler: Sobol, state: UInt32) -> None:
+        self._sampler, self._state = sampler, state
+        self._key, sample = state
+        if sample.size == 0:
+            return
+        first, last = int(sample.min()), int(sample.max())
+        self._block = first >> sampler.block_bits
+        self._one_block = self._block == last >> sampler.block_bits
+        # take() wants intp; the conversion is shared by all dimensions.
+        mask = np.uint32((1 << sampler.block_bits) - 1)
+        self._index = (sample & mask if self._one_block else sample).astype(np.intp)
+        self._shift, self._scratch, self._points = (np.empty_like(sample) for _ in range(3))
+
+    @cached_property
+    def _beyond(self) -> IndependentStream:
+        """For dimensions that the sequence does not have."""
+        return IndependentStream(self._sampler, self._state)
+
+    def fill(self, dimension: int, out: Float32) -> None:
+        """The dimension's points, shifted by a hash of (pixel, dimension)."""
+        if out.size == 0:
+            return
+        sampler, points = self._sampler, self._points
+        if dimension >= sampler.dimensions:
+            self._beyond.fill(dimension, out)
+            return
+        if self._one_block:
+            np.take(sampler.block(dimension, self._block), self._index, out=points, mode="clip")
+        else:
+            points = sampler.points(dimension, self._index)
+        np.bitwise_xor(self._key, sampler.dimension_key(dimension), out=self._shift)
+        lowbias32_inplace(self._shift, self._scratch)
+        np.bitwise_xor(points, self._shift, out=points)
+        to_unit_interval(points, out)
 
 
 MIN_BLOCK_BITS, MAX_BLOCK_BITS = 6, 11  # tables of 256 bytes to 8 KiB: they stay in the first-level cache

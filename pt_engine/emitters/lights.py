@@ -13,12 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.distributions import AliasTable
+from ..core.uniforms import Uniforms
 from ..scene.snapshot import LightData
 from . import select
 from .base import FAR, NO_BARYCENTRIC, NO_LANES, Draw, Float32, Float64, Hits, Index, Lamp
 from .environment import Environment
+from .faces import Faces
 from .parts import EnvironmentPart, Part, lamp_parts, traits
-from .triangle import TriangleEmitters, Triangles
+from .triangle import TriangleEmitters
 
 LAMPS = ("point", "spot", "sun", "area")
 
@@ -39,7 +41,7 @@ class LightSample(NamedTuple):
     delta : bool or (N,) bool
         No ray meets this light by chance, so that its MIS weight is 1.
     emitter : int or (N,) int32
-        Number of the emitter: lamps as in `Lights.names`, then triangles, then the environment.
+        Number of the emitter: lamps as in `Lights.names`, then emissive faces, then the environment.
     varying : (M,) int
         Lanes on triangles whose emission varies.
     triangle : (M,) int
@@ -108,24 +110,24 @@ class Lights:
         shining = [lamp for lamp in resolved if select.lamp_power(lamp, radius) > 0.0]
         shining.sort(key=traits)  # stable; equal ones become neighbours
         of_lamps = [select.lamp_power(lamp, radius) for lamp in shining]
-        of_triangles = select.triangle_power(triangles) if triangles is not None else np.empty(0)
+        faces = Faces(triangles) if triangles is not None else None
+        of_faces = faces.power if faces is not None else np.empty(0)
         of_world = [np.pi * radius**2 * environment.irradiance] if environment is not None else []
-        if not of_triangles.any():
-            triangles, of_triangles = None, np.empty(0)
+        if not of_faces.any():
+            faces, of_faces = None, np.empty(0)
         if not any(of_world):
             environment, of_world = None, []
-        self.power: Float64 = np.concatenate([of_lamps, of_triangles, of_world]).astype(np.float64)
+        self.power: Float64 = np.concatenate([of_lamps, of_faces, of_world]).astype(np.float64)
         self.chance = select.probabilities(self.power)
         self.names = tuple(lamp.data.name for lamp in shining)
-        self.first_triangle = len(shining)
+        self.lamps = len(shining)
 
         self._lamps = lamp_parts(shining, self.chance)
         self._parts: list[Part] = [*self._lamps]
-        self._triangles: Triangles | None = None
-        if triangles is not None:
-            chance = self.chance[self.first_triangle : self.first_triangle + triangles.count]
-            self._triangles = Triangles(triangles, chance)
-            self._parts.append(self._triangles)
+        self._faces = faces
+        if faces is not None:
+            faces.choose_with(self.chance[self.lamps : self.lamps + len(of_faces)])
+            self._parts += faces.parts
         self._environment: EnvironmentPart | None = None
         if environment is not None:
             self._environment = EnvironmentPart(environment, float(self.chance[-1]))
@@ -144,8 +146,8 @@ class Lights:
         """What there is."""
         kinds = [lamp.data.kind.lower() for lamp in lamps]
         counts: dict[str, int] = {kind: kinds.count(kind) for kind in LAMPS if kind in kinds}
-        if self._triangles is not None:
-            counts["triangle"] = self._triangles.count
+        if self._faces is not None:
+            counts["triangle"] = self._faces.triangles
         if self._environment is not None:
             counts["environment"] = 1
         delta = [part.delta for part in self._parts]
@@ -154,12 +156,12 @@ class Lights:
             has_delta=any(delta),
             all_delta=bool(delta) and all(delta),
             has_environment=self._environment is not None,
-            has_triangles=self._triangles is not None,
+            has_triangles=self._faces is not None,
             meets_lamps=any(not part.delta for part in self._lamps),
             camera_meets_lamps=any(any(part.camera) for part in self._lamps),
         )
 
-    def sample(self, p: Float32, n: Float32, u: Float32) -> LightSample:
+    def sample(self, p: Float32, n: Float32, u: Uniforms) -> LightSample:
         """Choose an emitter for each reference point and draw a direction toward it.
 
         Parameters
@@ -182,7 +184,7 @@ class Lights:
             return _light_sample(part.sample(chosen.astype(np.intp), p, u[1], u[2]), part.delta, chosen)
         return self._sample_mixed(chosen, p, u)
 
-    def _sample_mixed(self, chosen: NDArray[np.int32], p: Float32, u: Float32) -> LightSample:
+    def _sample_mixed(self, chosen: NDArray[np.int32], p: Float32, u: Uniforms) -> LightSample:
         """Each part samples the lanes that have chosen it."""
         lanes_total = p.shape[1]
         wo, weight = np.empty_like(p), np.empty_like(p)
@@ -220,9 +222,9 @@ class Lights:
         cos_light : (N,) float32
             |cos| between the ray and the triangle's geometric normal.
         """
-        if self._triangles is None:
+        if self._faces is None:
             return np.zeros(t.shape, np.float32)
-        return self._triangles.pdf(triangle, t, cos_light)
+        return self._faces.pdf(triangle, t, cos_light)
 
     def environment_pdf(self, d: Float32) -> Float32:
         """(N,) density with which `sample` draws directions d (3, N) toward the environment."""

@@ -51,7 +51,7 @@ class TriangleEmitters:
 
 
 class Triangles:
-    """The sampler: one packed column per triangle.
+    """The sampler of some of them: one packed column per triangle.
 
     Rows 0..2 first corner, 3..5 and 6..8 edges, 9..11 radiance / chance (1 / chance where it varies),
     12 chance, 13 error · area.
@@ -59,21 +59,19 @@ class Triangles:
 
     delta = False
 
-    def __init__(self, emitters: TriangleEmitters, chance: Float64) -> None:
-        p0, p1, p2 = (emitters.vertices[:, corner].T for corner in range(3))
-        area = emitters.areas()
-        safe = np.maximum(chance, np.finfo(np.float32).tiny)
-        radiance = emitters.radiance.astype(np.float64)
-        radiance[emitters.varies] = 1.0
-        last = [chance[None], emitters.error[None] * area[None]]
-        table = np.concatenate([p0, p1 - p0, p2 - p0, radiance.T / safe, *last])
-        table[9:12, chance == 0.0] = 0.0
-        self._table = np.ascontiguousarray(table if emitters.count <= FEW else table.T, np.float32)
-        self._by_column = emitters.count <= FEW
-        self._chance_over_area = (chance / np.maximum(area, TINY)).astype(np.float32)
-        self.count = emitters.count
-        self._varies = emitters.varies
-        self._any_varies = bool(emitters.varies.any())
+    def __init__(self, emitters: TriangleEmitters, rows: Index, chance: Float64) -> None:
+        """`rows` says which of `emitters`, `chance` how likely each of them is."""
+        p0, p1, p2 = (emitters.vertices[rows, corner].T for corner in range(3))
+        self._varies = emitters.varies[rows]
+        radiance = emitters.radiance[rows].astype(np.float64)
+        radiance[self._varies] = 1.0
+        last = [chance[None], (emitters.error * emitters.areas())[rows][None]]
+        table = np.concatenate([p0, p1 - p0, p2 - p0, over_chance(radiance, chance), *last])
+        self.count = len(rows)
+        self._by_column = self.count <= FEW
+        self._table = np.ascontiguousarray(table if self._by_column else table.T, np.float32)
+        self._rows = rows
+        self._any_varies = bool(self._varies.any())
 
     def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
         """Uniform points x = p0 + b1·e1 + b2·e2 on triangles `row`; None if there is but one."""
@@ -86,32 +84,50 @@ class Triangles:
         root = np.sqrt(u)
         b1, b2 = 1.0 - root, v * root
         e1, e2 = r[3:6], r[6:9]
-        wo = r[0:3] - p
-        wo += b1 * e1
-        wo += b2 * e2
-        squared = np.maximum(dot(wo, wo), 1e-24)
-        distance = np.sqrt(squared)
-        wo /= distance
+        to = r[0:3] - p
+        to += b1 * e1
+        to += b2 * e2
         twice = (
-            wo[0] * (e1[1] * e2[2] - e1[2] * e2[1])
-            + wo[1] * (e1[2] * e2[0] - e1[0] * e2[2])
-            + wo[2] * (e1[0] * e2[1] - e1[1] * e2[0])
+            to[0] * (e1[1] * e2[2] - e1[2] * e2[1])
+            + to[1] * (e1[2] * e2[0] - e1[0] * e2[2])
+            + to[2] * (e1[0] * e2[1] - e1[1] * e2[0])
         )
-        projected = 0.5 * np.abs(twice)  # area · |cos|
-        solid = projected / squared
-        projected = np.maximum(projected, TINY)
-        clear = distance - ROUNDING * distance - 2.0 * (r[13] / projected)
-        pdf = r[12] / np.maximum(solid, TINY)
-        draw = Draw(wo, np.maximum(clear, 0.0), r[9:12] * solid, pdf)
+        draw = draw_toward(to, 0.5 * twice, r[9:12], r[12], r[13])
         if not self._any_varies:
             return draw
         lanes = np.flatnonzero(self._varies.take(row, mode="clip"))
         b = np.stack([b1.take(lanes), b2.take(lanes)])
-        return draw._replace(varying=lanes, triangle=row.take(lanes), barycentric=b)
+        return draw._replace(varying=lanes, triangle=self._rows.take(row.take(lanes)), barycentric=b)
 
-    def pdf(self, triangle: NDArray[np.integer], t: Float32, cos_light: Float32) -> Float32:
-        """(n,) density of `sample` for a ray that meets `triangle` after `t` at |cos| `cos_light`."""
-        density = self._chance_over_area.take(triangle, mode="clip")
-        density *= t * t
-        density /= np.maximum(cos_light, 1e-12)
-        return density
+
+def over_chance(radiance: Float64, chance: Float64) -> Float64:
+    """(3, K) radiance (K, 3) over the probability of the choice; 0 for what is never chosen."""
+    return np.asarray(radiance.T / np.maximum(chance, np.finfo(np.float32).tiny) * (chance > 0.0))
+
+
+def draw_toward(
+    to: Float32, through: Float32, radiance: Float32, chance: Float32, error_area: Float32
+) -> Draw:
+    """The draw of points on flat emitters, uniform in area.
+
+    Parameters
+    ----------
+    to : (3, N) float32
+        From the reference points to the points drawn; overwritten by the direction.
+    through : (N,) float32
+        `to` times the emitter's normal, as long as its area.
+    radiance : (3, N) or (3, 1) float32
+        Le over the chance of the emitter.
+    chance, error_area : (N,) or (1,) float32
+        That chance; the bound of a hit point's error along the normal, times the area.
+    """
+    squared: Float32 = np.maximum(dot(to, to), np.float32(1e-24))
+    distance: Float32 = np.sqrt(squared)
+    to /= distance
+    projected: Float32 = np.abs(through)
+    projected /= distance  # area · |cos|
+    solid = projected / squared
+    np.maximum(projected, TINY, out=projected)
+    clear = distance * (1.0 - ROUNDING) - 2.0 * (error_area / projected)
+    pdf = chance / np.maximum(solid, TINY)
+    return Draw(to, np.maximum(clear, 0.0), radiance * solid, pdf)

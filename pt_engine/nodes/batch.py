@@ -48,6 +48,7 @@ class Plan(NamedTuple):
     closures: tuple[Shape, ...]
     emission: int
     transparency: int
+    holdout: int
 
 
 def plan(surface: SurfaceBuilder) -> tuple[Plan, list[Float32]]:
@@ -71,9 +72,9 @@ def plan(surface: SurfaceBuilder) -> tuple[Plan, list[Float32]]:
         )
         for leaf in surface.leaves
     )
-    emission, transparency = root(surface.emission), root(surface.transparency)
+    others = root(surface.emission), root(surface.transparency), root(surface.holdout)
     structure, constants = linearise(roots)
-    return Plan(structure, shapes, emission, transparency), constants
+    return Plan(structure, shapes, *others), constants
 
 
 def model(name: str) -> ModuleType:
@@ -89,7 +90,9 @@ class Batch:
     ----------
     materials : tuple of int
         Their indices in `Snapshot.materials`.
-    has_bsdf, has_emission, has_transparency : bool
+    has_bsdf, has_emission, has_transparency, has_holdout : bool
+    has_portal : bool
+        Whether some closure makes rays leave elsewhere.
     delta_only : bool
         Whether no closure is anything but a Dirac lobe (emitter sampling is then futile).
     kinds : tuple of str
@@ -103,16 +106,19 @@ class Batch:
         self.table = ConstantTable(constants, materials)
         self._shapes = plan.closures
         self._modules = [model(s.bsdf) for s in plan.closures]
-        count = len(plan.structure.roots) - (plan.emission >= 0) - (plan.transparency >= 0)
+        others = plan.emission, plan.transparency, plan.holdout
+        count = len(plan.structure.roots) - sum(root >= 0 for root in others)
         self._closures = Entry(plan.structure, self.table, range(count))
         self._emission = self._entry(plan.emission)
         self._transparency = self._entry(plan.transparency)
+        self._holdout = self._entry(plan.holdout)
         self.has_bsdf = bool(plan.closures)
-        self.has_emission, self.has_transparency = plan.emission >= 0, plan.transparency >= 0
+        self.has_emission, self.has_transparency, self.has_holdout = (root >= 0 for root in others)
         self.delta_only = self.has_bsdf and all(s.dirac for s in plan.closures)
+        self.has_portal = any(getattr(module, "LEADS_AWAY", False) for module in self._modules)
         self._bends = any(s.normal >= 0 for s in plan.closures)
         self.kinds = tuple(s.bsdf for s in plan.closures)
-        entries = [self._closures, self._emission, self._transparency]
+        entries = [self._closures, self._emission, self._transparency, self._holdout]
         self.needs = frozenset(name for e in entries if e is not None for name in e.reads())
         self._params = self._fixed_params()
         self._made = self._fixed_closures()
@@ -126,7 +132,7 @@ class Batch:
         for shape, module in zip(self._shapes, self._modules, strict=True):
             known = {name: self._closures.constant(k) for name, k in shape.params}
             fixed = all(value is not None for value in known.values())
-            made.append(_params(module, known) if fixed else None)
+            made.append(params_of(module, known) if fixed else None)
         return made
 
     def _fixed_closures(self) -> list[Closure] | None:
@@ -139,7 +145,7 @@ class Batch:
     def _closure(self, number: int, values: Sequence[Float32 | None], ns: Float32 | None) -> Closure:
         shape, module, params = self._shapes[number], self._modules[number], self._params[number]
         if params is None:
-            params = _params(module, {name: values[k] for name, k in shape.params})
+            params = params_of(module, {name: values[k] for name, k in shape.params})
         normal = values[shape.normal] if shape.normal >= 0 else None
         tangent = values[shape.tangent] if shape.tangent >= 0 else None
         weight = values[shape.weight]
@@ -164,6 +170,10 @@ class Batch:
         """(3, n) or (3, 1) share of light that passes straight through; None for opaque materials."""
         return _single(self._transparency, lanes)
 
+    def holdout(self, lanes: LanesLike) -> Float32 | None:
+        """(3, n) or (3, 1) share of what the camera sees that is a hole in the film; None for no holdout."""
+        return _single(self._holdout, lanes)
+
     def constant_emission(self) -> Float32 | None:
         """(3, M) exact radiance of each of `materials`, or None where it varies over the surface."""
         if self._emission is None:
@@ -177,7 +187,7 @@ class Batch:
         return np.repeat(fixed, len(self.materials), axis=1)
 
 
-def _params(module: ModuleType, known: dict[str, Float32 | None]) -> Any:
+def params_of(module: ModuleType, known: dict[str, Float32 | None]) -> Any:
     """A model's parameters; those that a closure does not name and that have no default are None."""
     absent = set(module.Params._fields) - set(module.Params._field_defaults) - set(known)
     return module.Params(**known, **dict.fromkeys(absent))

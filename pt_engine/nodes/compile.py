@@ -17,6 +17,7 @@ from .graph import GraphReader
 from .ir import Builder
 from .normals import displaced_normal
 from .probe import mean_emission
+from .ray_portal import lets_light_through
 from .surface import SurfaceBuilder
 
 Float32 = NDArray[np.float32]
@@ -92,6 +93,9 @@ def read_surface(graph: Graph, textures: TextureStore, log: CoverageLog) -> Surf
     if link is not None:
         reader.closures(link, builder.one, out)
     out.only_one_transparent()
+    if lets_light_through(out):
+        effect = "emitters behind count about once; Cycles counts those with a size twice where the two mix"
+        log.note("(portal with transparency)", APPROXIMATE, effect)
     note_other_outputs(graph, log)
     return out
 

@@ -1,10 +1,11 @@
 """The Principled BSDF: layers, each taking what the one above lets through.
 
-    transparency · (1 − alpha);  then coat, emission, metal · metallic, glass · transmission, gloss, diffuse
+    transparency · (1 − alpha);  then sheen, coat, emission, metal · metallic, glass · transmission,
+    gloss, diffuse
 
 A layer of weight w and directional albedo A toward the viewer leaves 1 − w·max(A) to those below ("albedo
 scaling"), as in Cycles; metal and glass take their share of the surface. The coat's tint is absorption along
-the refracted view ray. Not Cycles': no sheen, no thin film, solid walls, and subsurface scattering in its
+the refracted view ray. Not Cycles': no thin film, solid walls, and subsurface scattering in its
 diffuse limit; the coverage entries say so.
 """
 
@@ -26,6 +27,7 @@ from .normals import closure_normal
 from .registry import shader
 from .roughness import Rough, anisotropic, principled_alphas, squared
 from .shaders import add_diffuse, add_metal, is_lambert, is_multiscatter, note_thin_film, relative_index
+from .sheen import add_sheen_layer
 from .surface import SurfaceBuilder, at_least_zero, is_at_most, is_constantly, is_zero
 
 Float32 = NDArray[np.float32]
@@ -93,8 +95,12 @@ class Layers:
         self.leave(alpha)
 
     def sheen(self) -> None:
-        if not is_zero(self.share("Sheen Weight")):
-            self.n.approximate("no sheen")
+        n, share = self.n, self.n.float("Sheen Weight")
+        if is_at_most(share, CUTOFF):
+            return
+        tint = n.call(at_least_zero, n.color("Sheen Tint", 1.0))
+        color = self.b.multiply(n.call(at_least, share, self.b.zero), tint)  # above 1 too, as in Cycles
+        self.leave(add_sheen_layer(n, self.out, self.weight, color, self.normal))
 
     def coat(self) -> None:
         n, share = self.n, self.n.float("Coat Weight")

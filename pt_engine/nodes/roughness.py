@@ -12,7 +12,7 @@ from ..core import vectors
 from .graph import NodeView
 from .ir import FLOAT, VECTOR, Const, Value, lane_op, op
 from .math_nodes import select
-from .surface import is_zero
+from .surface import is_at_most, is_zero
 from .tangents import around_axis
 
 Float32 = NDArray[np.float32]
@@ -29,6 +29,11 @@ class Rough(NamedTuple):
     def params(self) -> dict[str, Value]:
         """As parameters of a microfacet model."""
         return {"alpha_x": self.alpha_x} | ({} if self.alpha_y is None else {"alpha_y": self.alpha_y})
+
+    def is_at_most(self, alpha: float) -> bool:
+        """Whether it is constantly no rougher than `alpha`, either way."""
+        alphas = (self.alpha_x, self.alpha_x if self.alpha_y is None else self.alpha_y)
+        return all(is_at_most(value, alpha) for value in alphas)
 
     @property
     def is_smooth(self) -> bool:

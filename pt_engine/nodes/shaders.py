@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bsdfs import ashikhmin_shirley
 from .energy_nodes import complex_average, gained, glass_gained, tinted_average
 from .graph import NodeView
 from .ir import COLOR, FLOAT, Value, lane_op
@@ -18,6 +19,7 @@ from .surface import SurfaceBuilder, is_at_most, is_constantly, is_zero
 
 Float32 = NDArray[np.float32]
 ALMOST_SMOOTH = 1e-5  # diffuse roughness up to this is Lambert's law, as in Cycles
+NARROW_PHONG = 0.05  # alpha; Cycles' sampler keeps to the formula for narrower lobes
 THINNEST_FILM = 0.1  # nm; thinner films have no effect, as in Cycles
 
 
@@ -53,7 +55,7 @@ def transparent(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
 
 @shader("Holdout")
 def holdout(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    n.approximate("black; it cuts no hole into the film's alpha")
+    out.add_holdout(weight)
 
 
 # ------------------------------------------------------------------ diffuse
@@ -107,43 +109,10 @@ def subsurface(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     out.add("diffuse", {}, n.builder.multiply(weight, n.color("Color", 0.8)), closure_normal(n))
 
 
-@shader("BsdfToon")
-def toon(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    n.approximate(
-        "diffuse without steps" if n.prop("component", "DIFFUSE") == "DIFFUSE" else "glossy without steps"
-    )
-    weight = n.builder.multiply(weight, n.color("Color", 0.8))
-    if n.prop("component", "DIFFUSE") == "DIFFUSE":
-        out.add("diffuse", {}, weight, closure_normal(n))
-    else:
-        rough = isotropic(n, name="Size")
-        out.add("conductor", rough.params(), weight, closure_normal(n))
-
-
-@shader("BsdfSheen", "BsdfVelvet")
-def sheen(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    n.approximate("diffuse instead of brightening toward the rim")
-    out.add("diffuse", {}, n.builder.multiply(weight, n.color("Color", 0.8)), closure_normal(n))
-
-
 @shader("BsdfHair", "BsdfHairPrincipled")
 def hair(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     n.approximate("diffuse instead of light scattered by hair")
     out.add("diffuse", {}, n.builder.multiply(weight, n.color("Color", 0.8)))
-
-
-@shader("BsdfRayPortal")
-def ray_portal(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    n.approximate("rays pass straight on instead of through the portal")
-    out.add_transparent(n.builder.multiply(weight, n.color("Color", 1.0)))
-
-
-@shader("EeveeSpecular")
-def eevee_specular(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    n.approximate("an EEVEE node: its base colour as diffuse, and its emission")
-    b = n.builder
-    out.add("diffuse", {}, b.multiply(weight, n.color("Base Color", 0.8)), closure_normal(n))
-    out.add_emission(b.multiply(weight, n.color("Emissive Color")))
 
 
 # ------------------------------------------------------------------ glossy
@@ -151,10 +120,7 @@ def eevee_specular(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
 
 def metal_model(n: NodeView, default: str = "MULTI_GGX") -> str:
     """The reflection model of a node's distribution."""
-    distribution = n.prop("distribution", default)
-    if distribution == "ASHIKHMIN_SHIRLEY":
-        n.approximate("Ashikhmin-Shirley highlights are GGX's")
-    return "conductor_beckmann" if distribution == "BECKMANN" else "conductor"
+    return "conductor_beckmann" if n.prop("distribution", default) == "BECKMANN" else "conductor"
 
 
 def is_multiscatter(n: NodeView, default: str = "MULTI_GGX") -> bool:
@@ -172,13 +138,29 @@ def add_metal(
     out.add(metal_model(n), rough.params() | fresnel, weight, normal, rough.tangent, rough.is_smooth)
 
 
+def add_phong(n: NodeView, out: SurfaceBuilder, weight: Value, rough: Rough, normal: Value | None) -> None:
+    """Ashikhmin-Shirley's lobe.
+
+    Where a half vector faces away from the viewer, Cycles' sampler mirrors wrongly and reflects light that
+    the model (and Cycles' own evaluation of it) does not: at roughness 0.8 up to 40 % at grazing.
+    """
+    if not rough.is_at_most(NARROW_PHONG):
+        n.approximate("as the formula has it; toward grazing Cycles' sampler adds light to rough highlights")
+    dirac = rough.is_at_most(ashikhmin_shirley.SMOOTH)
+    out.add("ashikhmin_shirley", rough.params(), weight, normal, rough.tangent, dirac)
+
+
 @shader("BsdfGlossy", "BsdfAnisotropic")
 def glossy(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     color = n.color("Color", 0.8)
     weight = n.builder.multiply(weight, color)
     if is_zero(weight):
         return
-    rough = anisotropic(n, glossy_alphas, ("Anisotropy", "Rotation"), closure_normal(n))
+    normal = closure_normal(n)
+    rough = anisotropic(n, glossy_alphas, ("Anisotropy", "Rotation"), normal)
+    if n.prop("distribution", "MULTI_GGX") == "ASHIKHMIN_SHIRLEY":
+        add_phong(n, out, weight, rough, normal)
+        return
     add_metal(n, out, weight, rough, out.positive(color) if is_multiscatter(n) else None)
 
 

@@ -37,6 +37,7 @@ class SurfaceBuilder:
     leaves: list[Leaf] = field(default_factory=list)
     emission: Value | None = None
     transparency: Value | None = None
+    holdout: Value | None = None
 
     def add(
         self,
@@ -67,6 +68,12 @@ class SurfaceBuilder:
         if is_zero(radiance):
             return
         self.emission = radiance if self.emission is None else self.builder.add(self.emission, radiance)
+
+    def add_holdout(self, weight: Value) -> None:
+        """A share of what the camera sees that becomes a hole in the film."""
+        weight = self.positive(weight)
+        if not is_zero(weight):
+            self.holdout = weight if self.holdout is None else self.builder.add(self.holdout, weight)
 
     def positive(self, weight: Value) -> Value:
         """max(weight, 0) as a colour."""

@@ -9,10 +9,13 @@ sequence stays stratified in each decision.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.samplers import Sampler
+from ..core.samplers import Sampler, Stream
+from ..core.uniforms import LazyRows
 
 Float32 = NDArray[np.float32]
 UInt32 = NDArray[np.uint32]
@@ -38,6 +41,18 @@ class LaneSampler:
         """The same numbers for other lanes: those whose (key, sample index) are `state`."""
         return LaneSampler(self._sampler, state)
 
+    @cached_property
+    def _stream(self) -> Stream:
+        return self._sampler.stream(self.state)
+
+    def _row(self, dimension: int) -> Float32:
+        out = np.empty(self.state.shape[1], np.float32)
+        self._stream.fill(dimension, out)
+        return out
+
+    def _uniforms(self, first: int, count: int) -> LazyRows:
+        return LazyRows(lambda k: self._row(first + k), count)
+
     def pixel(self) -> Float32:
         """(2, N) for the pixel filter."""
         return self._sampler.uniforms(self.state, 0, 2)
@@ -48,13 +63,12 @@ class LaneSampler:
 
     def roulette(self, bounce: int) -> Float32:
         """(N,) to decide which paths go on."""
-        row: Float32 = self._sampler.uniforms(self.state, CAMERA + PER_BOUNCE * bounce, 1)[0]
-        return row
+        return self._row(CAMERA + PER_BOUNCE * bounce)
 
-    def emitter(self, bounce: int) -> Float32:
+    def emitter(self, bounce: int) -> LazyRows:
         """(3, N): which emitter, and where on it."""
-        return self._sampler.uniforms(self.state, CAMERA + PER_BOUNCE * bounce + 1, 3)
+        return self._uniforms(CAMERA + PER_BOUNCE * bounce + 1, 3)
 
-    def bsdf(self, bounce: int) -> Float32:
+    def bsdf(self, bounce: int) -> LazyRows:
         """(3, N): which lobe, and its direction."""
-        return self._sampler.uniforms(self.state, CAMERA + PER_BOUNCE * bounce + 4, 3)
+        return self._uniforms(CAMERA + PER_BOUNCE * bounce + 4, 3)

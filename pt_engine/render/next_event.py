@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.uniforms import Uniforms
 from ..scene.lanes import Surface
 from ..scene.scene import Scene
 from ..scene.shading import ShadedBSDF
@@ -15,7 +16,7 @@ Float32 = NDArray[np.float32]
 
 
 def next_event(
-    scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, u: Float32, limit: Integrator
+    scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, u: Uniforms, limit: Integrator
 ) -> None:
     """L += β · f·cosθ · Le/pdf · mis · visibility, with one emitter sample per path.
 

@@ -157,6 +157,9 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         self.pdf[passing], self.kind[passing] = before.pdf, before.kind
         self.depth[passing], self.passed[passing] = before.depth, before.passed + 1
         self.travelled[passing] = travelled
+        if scene.has_portals:  # no emitter sample reaches through them
+            away = np.flatnonzero(to.lobe & Lobe.PORTAL)
+            self.pdf[away], self.travelled[away] = np.inf, 0
         return rays
 
     def ride_along(self, moved: PathState, rays: Rays) -> Rays:
@@ -189,4 +192,4 @@ def _kind_of_lobe(lobe: int) -> int:
     return side | RayKind.GLOSSY | (RayKind.SINGULAR if lobe & Lobe.DELTA else 0)
 
 
-KIND_OF_LOBE = np.array([_kind_of_lobe(lobe) for lobe in range(32)], np.int32)
+KIND_OF_LOBE = np.array([_kind_of_lobe(lobe) for lobe in range(64)], np.int32)

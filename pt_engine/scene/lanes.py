@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
+SAME_PLACE = 1e-9  # squared distance up to which a portal leads nowhere else, as in Cycles
 
 
 class Surface:
@@ -77,6 +78,16 @@ class Surface:
         part.bound, part.facing = self.bound.take(index), self.facing.take(index)
         part.size = len(index)
         return part
+
+    def relocate(self, index: NDArray[np.intp], p: Float32) -> None:
+        """Let rays from some lanes start exactly at p (3, K), unless that is where they are.
+
+        Parts of this surface, and what it is a part of, see it too.
+        """
+        away = p - self.p.take(index, axis=1)
+        far = np.flatnonzero(vectors.dot(away, away) > SAME_PLACE)
+        self.p[:, index[far]] = p.take(far, axis=1)
+        self.bound[index[far]] = 0
 
     @property
     def t(self) -> Float32:

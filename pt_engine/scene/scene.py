@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 
 from ..core import vectors
 from ..core.raykind import RayKind
+from ..core.uniforms import Uniforms
 from ..core.view import View
 from ..emitters.lights import Lights, LightSample
 from .accel import FAR, Accel, Hits
 from .arrivals import Arrivals
 from .attributes import Layer
 from .geometry import SKY, Geometry
+from .holdout import cut_holes
 from .lanes import Lanes, SkyLanes, Surface
 from .shading import ShadedBSDF, SliceBSDF
 from .snapshot import Instances
@@ -146,10 +148,10 @@ class Scene:
         return scene
 
     def for_unit(self, lanes: int) -> Scene:
-        """The same scene with a ray count and, for a transparent film, a coverage per ray of its own."""
+        """The same scene with a ray count and, where the film may be clear, a coverage per ray of its own."""
         scene = copy.copy(self)
         scene.rays = Counter()
-        scene.alpha = np.ones(lanes, np.float32) if self.film_transparent else None
+        scene.alpha = np.ones(lanes, np.float32) if self.film_transparent or self.holds_out else None
         return scene
 
     def _make_groups(self) -> None:
@@ -173,7 +175,13 @@ class Scene:
         )
         emits = self.materials.emission_varies | (self.materials.emission_constant > 0).any(axis=1)
         self._surface_emits = (surfaces.surface_material >= 0) & emits[surfaces.surface_material]
-        passes = [batches[g.batch].has_transparency for g in self.groups]
+        holds_out = np.array([batch.has_holdout for batch in batches], np.bool_)
+        self.surface_holds_out = (surfaces.surface_material >= 0) & holds_out[
+            self.materials.batch_of[surfaces.surface_material]
+        ]
+        self.holds_out = bool(self.surface_holds_out.any())
+        passes = [batches[g.batch].has_transparency or batches[g.batch].has_portal for g in self.groups]
+        self.has_portals = any(batches[g.batch].has_portal for g in self.groups)
         self.passes = np.array([*passes, False])
         self.transparent_surfaces = any(passes)
         needs = self.world.needs.union(*(batch.needs for batch in self.used_batches))
@@ -217,19 +225,21 @@ class Scene:
                 o = rays.o.take(escaped, axis=1) + self.origin32 if self.view.kind == "ORTHO" else None
                 sky = self.world.emission(SkyLanes(d, path.kind.take(escaped), self.view, o))
                 yield Found(escaped, sky, self.lights.environment_pdf(d))
+        if self.lights.description.meets_lamps or self.lights.description.camera_meets_lamps:
+            yield from self._lamp_emission(rays, found, path)
+        if self.holds_out:  # after the lamps before a holdout, ahead of what it covers
+            cut_holes(self, rays, found, path)
         if self.lights.description.has_triangles:
             lit = np.flatnonzero(self._surface_emits.take(found.surface))
             if len(lit):
                 yield self._surface_emission(lit, self.surface(rays, found, lit), path)
-        if self.lights.description.meets_lamps or self.lights.description.camera_meets_lamps:
-            yield from self._lamp_emission(rays, found, path)
 
     def _leave_film_clear(self, escaped: NDArray[np.intp], path: PathState) -> NDArray[np.intp]:
         """Camera rays that reach the sky take their share off the film's coverage and bring no light."""
         seen = (path.kind.take(escaped) & RayKind.CAMERA) != 0
         clear = escaped[seen]
         if self.alpha is not None:
-            self.alpha[path.slot.take(clear)] = 1 - vectors.mean3(path.beta.take(clear, axis=1))
+            self.alpha[path.slot.take(clear)] -= vectors.mean3(path.beta.take(clear, axis=1))
         others: NDArray[np.intp] = escaped[~seen]
         return others
 
@@ -244,19 +254,25 @@ class Scene:
         radiance = np.ascontiguousarray(self.materials.emission_constant.take(material, axis=0).T)
         varying = np.flatnonzero(self.materials.emission_varies.take(material))
         if len(varying):
-            radiance[:, varying] = self._evaluated_radiance(
+            radiance[:, varying] = self._evaluated(
                 hit.take(varying), arrivals(path, lanes.take(varying)), material.take(varying)
             )
         return radiance
 
-    def _evaluated_radiance(self, hit: Surface, came: Arrivals, material: Int32) -> Float32:
+    def evaluated_holdout(self, hit: Surface, path: PathState, lanes: NDArray[np.intp]) -> Float32:
+        """(3, K) share of what the camera sees that the materials make a hole in the film."""
+        material = self.geometry.surface_material.take(hit.surface)
+        return self._evaluated(hit, arrivals(path, lanes), material, "holdout")
+
+    def _evaluated(self, hit: Surface, came: Arrivals, material: Int32, what: str = "emission") -> Float32:
+        """(3, K) what the materials' programs give for `emission` or `holdout`."""
         radiance = np.zeros((3, hit.size), np.float32)
         smooth = self.geometry.surface_smooth.take(hit.surface)
         key = self.materials.batch_of.take(material) * 2 + smooth
         for k in np.unique(key):
             lanes = np.flatnonzero(key == k)
             here = Lanes(self, hit.take(lanes), came.take(lanes), bool(k & 1))
-            value = self.materials.batches[int(k) >> 1].emission(here)
+            value = getattr(self.materials.batches[int(k) >> 1], what)(here)
             if value is not None:
                 radiance[:, lanes] = value
         return radiance
@@ -303,7 +319,7 @@ class Scene:
 
     # ------------------------------------------------------------------ next-event estimation
 
-    def sample_emitter(self, si: Surface, u: Float32, path: PathState) -> LightSample:
+    def sample_emitter(self, si: Surface, u: Uniforms, path: PathState) -> LightSample:
         """One emitter and a point on it per lane; the weight is Le/pdf."""
         light = self.lights.sample(si.p, si.ng, u)
         if len(light.varying):
@@ -322,7 +338,7 @@ class Scene:
         came = Arrivals(
             np.full_like(before.kind, RayKind.DIFFUSE | RayKind.REFLECTION), before.depth + 1, before.passed
         )
-        return self._evaluated_radiance(at, came, self.geometry.surface_material.take(at.surface))
+        return self._evaluated(at, came, self.geometry.surface_material.take(at.surface))
 
     def unoccluded(self, si: Surface, light: LightSample, contribution: Float32, limit: int) -> Float32:
         """`contribution` where nothing lies between; dimmed by up to `limit` transparent surfaces."""

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..bsdfs.base import BSDF, Lobe, gather
 from ..core import frames, vectors
 from ..core.rows import scatter
+from ..core.uniforms import Uniforms
 from .lanes import Lanes
 from .raised_normal import raised_normal
 
@@ -164,14 +165,14 @@ class SliceBSDF:
         same: NDArray[np.bool_] = vectors.dot(ng, wo) * cos_o > 0
         return same
 
-    def sample(self, u: Float32, out: Scattered) -> None:
+    def sample(self, u: Uniforms, out: Scattered) -> None:
         """Fill `out` with one direction per lane from uniforms `u` (3, N)."""
         if len(self.closures) == 1:
             self._sample_only(u, out)
         else:
             self._sample_among(u, out)
 
-    def _sample_only(self, u: Float32, out: Scattered) -> None:
+    def _sample_only(self, u: Uniforms, out: Scattered) -> None:
         closure, frame = self.closures[0], self.frames[0]
         if hasattr(closure.bsdf, "sample_about"):
             s, cos_o = closure.bsdf.sample_about(closure.params, frame.n, u[1], u[2])
@@ -179,6 +180,7 @@ class SliceBSDF:
         else:
             s = closure.bsdf.sample(closure.params, frame.wi, u[0], u[1], u[2])
             out.wo[:], cos_o = frame.world(s.wo), s.wo[2]
+            self._lead_away(closure)
         np.multiply(s.weight, closure.weight, out=out.weight)
         if self.bent:
             np.multiply(out.weight, self._same_side(out.wo, cos_o) | _passes(s.lobe), out=out.weight)
@@ -186,7 +188,7 @@ class SliceBSDF:
         out.pdf[:] = s.pdf
         _mark_dirac(out)
 
-    def _sample_among(self, u: Float32, out: Scattered) -> None:
+    def _sample_among(self, u: Uniforms, out: Scattered) -> None:
         """One closure per lane by its share; then weight and pdf of the sum, except for Dirac lobes."""
         choice, u0 = choose(self.shares, u[0])
         dirac_weight = np.zeros_like(out.weight)
@@ -203,6 +205,7 @@ class SliceBSDF:
             if self.bent:
                 ng = self.lanes.ng.take(index, axis=1)
                 weight = weight * (self._same_side(wo, s.wo[2], ng) | _passes(s.lobe))
+            self._lead_away(closure, index)
             scatter(out.wo, index, wo)
             scatter(dirac_weight, index, weight)
             out.lobe[index] = s.lobe
@@ -213,6 +216,17 @@ class SliceBSDF:
         np.divide(value, pdf, out=out.weight, where=smooth)
         out.pdf[:] = pdf
         _mark_dirac(out)
+
+    def _lead_away(self, closure: ClosureLike, index: NDArray[np.intp] | None = None) -> None:
+        """Through a portal rays leave from somewhere else; `index` None means all lanes."""
+        if not getattr(closure.bsdf, "LEADS_AWAY", False):
+            return
+        if index is None:
+            index = np.arange(self.lanes.n)
+        position = gather(closure.params, index).position  # type: ignore[attr-defined]
+        if position is not None:
+            place = position - self.lanes.scene.origin32
+            self.lanes.si.relocate(index, np.broadcast_to(place, (3, len(index))))
 
 
 def _passes(lobe: NDArray[np.uint8] | int) -> NDArray[np.bool_] | bool:
@@ -263,7 +277,7 @@ class ShadedBSDF:
                 value[:, span], pdf[span] = bsdf.eval_pdf(np.ascontiguousarray(wo[:, span]))
         return value, pdf
 
-    def sample(self, u: Float32) -> Scattered:
+    def sample(self, u: Uniforms) -> Scattered:
         """One continuation per lane from uniforms `u` (3, N)."""
         n = self.size
         wo, weight = np.empty((3, n), np.float32), np.empty((3, n), np.float32)

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from support.engine_scene import engine_scene
 
-from pt_engine.blender import compatibility, panels, registration
+from pt_engine.blender import compatibility, panels, panorama_panel, registration
+from pt_engine.blender.export.panorama import EDGES
 from pt_engine.blender.picture import Picture
 from pt_engine.blender.properties import integrator_number
 from pt_engine.blender.refusal import Refusal
@@ -97,6 +98,14 @@ def test_every_panel_property_exists(scene):
     for _, _, _, rows in panels.PROPERTY_PANELS:
         for owner, prop in rows:
             assert hasattr(getattr(scene, owner), prop), (owner, prop)
+
+
+def test_every_panorama_has_its_lens_in_the_panel(scene):
+    """The projections that are rendered, and no property that Blender does not have."""
+    camera = scene.camera.data
+    known = {e.identifier for e in camera.bl_rna.properties["panorama_type"].enum_items}
+    assert set(panorama_panel.LENSES) <= known & set(EDGES)
+    assert all(hasattr(camera, name) for lens in panorama_panel.LENSES.values() for name in lens)
 
 
 def test_blenders_own_panels_come_and_go_with_the_engine(scene):

@@ -36,6 +36,8 @@ CASES = [
     {"Coat Weight": 0.8, "Coat Roughness": 0.3, "Coat Tint": (0.9, 0.6, 0.3)},
     {"Coat Weight": 1.0, "Metallic": 1.0, "Roughness": 0.5, "Coat IOR": 1.8},
     {"Diffuse Roughness": 0.7, "IOR": 1.0},
+    {"Sheen Weight": 1.0, "Sheen Roughness": 0.3, "Metallic": 1.0},
+    {"Sheen Weight": 0.7, "Sheen Roughness": 0.8, "Sheen Tint": (0.9, 0.5, 0.1), "Coat Weight": 0.5},
 ]
 PLACE = 100.0  # along x: about the origin the default tangent goes round, so here it lies along y
 

@@ -132,6 +132,7 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
     "BsdfMetallic": settings(fresnel_type=("F82", "PHYSICAL_CONDUCTOR"), distribution="MULTI_GGX"),
     "BsdfPrincipled": GLOSSY,
     "BsdfToon": settings(component=("DIFFUSE", "GLOSSY")),
+    "BsdfSheen": settings(distribution=("MICROFIBER", "ASHIKHMIN")),
     "PtRoughPlastic": settings(nonlinear=BOTH),
 }  # fmt: skip
 # of the nodes that compute only what some link reads
@@ -151,6 +152,9 @@ CASES = [
     for props in SETTINGS.get(kind, [{}])
     for left in ((), ISOTROPIC)
 ]
+CASES.append(
+    pytest.param("BsdfPrincipled", ("Normal",), {}, id="BsdfPrincipled, its coat alone has a normal")
+)
 
 
 def reader() -> GraphReader:
@@ -178,7 +182,7 @@ def values_of(kind: str, left: tuple[str, ...], props: dict[str, Any]) -> list[i
         for leaf in out.leaves
         for v in (leaf.weight, leaf.normal, leaf.tangent, *dict(leaf.params).values())
     ]
-    return [v for v in (*found, out.emission, out.transparency) if v is not None]
+    return [v for v in (*found, out.emission, out.transparency, out.holdout) if v is not None]
 
 
 def ran(roots: list[ir.Value]) -> Iterator[tuple[ir.Op, str, Any]]:
@@ -220,7 +224,7 @@ def all_ops() -> set[ir.Op]:
 
 
 def conversions() -> list[ir.Value]:
-    """What no node kind asks for: conversions and sums of all types, displacement seen as bump."""
+    """What no node kind asks for: conversions and sums of all types, displacement as bump, Shader to RGB."""
     known = reader()
     b, color = known.builder, known.value(Link(0, "Color"), 0)
     assert color is not None
@@ -235,8 +239,16 @@ def conversions() -> list[ir.Value]:
     )
     normal = displaced_normal(raised, Link(1, "Displacement"))
     assert normal is not None
+    shine = Node("ShaderToRGB", "to rgb", {"Shader": Link(1, "BSDF")})
+    lit = GraphReader(
+        Graph("test", (known.graph.nodes[0], Node("BsdfSheen", "sheen", Linked(), {}), shine), {}),
+        b,
+        known.textures,
+        CoverageLog("test"),
+    ).value(Link(2, "Color"), 0)
+    assert lit is not None
     direction = b.call(vector_nodes.normalized, values[1])  # of the Normal node, which always folds
-    return [*values, *made, normal, *direction]
+    return [*values, *made, normal, lit, *direction]
 
 
 def test_conversions_give_float32() -> None:

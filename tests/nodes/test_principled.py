@@ -66,6 +66,8 @@ def coverage(**sockets: Any) -> tuple[str, str]:
         ({"base_color": (0.0, 0.0, 0.0)}, ["specular"]),
         ({"coat_weight": 0.5}, ["specular", "specular", "diffuse"]),
         ({"coat_weight": 0.5, "metallic": 0.5}, ["specular", "conductor", "specular", "diffuse"]),
+        ({"sheen_weight": 0.3}, ["sheen", "specular", "diffuse"]),
+        ({"sheen_weight": "A.alpha", "metallic": 1.0}, ["sheen", "conductor"]),
         ({"diffuse_roughness": 0.5}, ["specular", "oren_nayar"]),
         ({"subsurface_weight": 0.5}, ["specular", "diffuse"]),
         ({"diffuse_roughness": 0.5, "subsurface_weight": 0.5}, ["specular", "diffuse", "oren_nayar"]),
@@ -155,6 +157,32 @@ def test_coat_dims_emission_and_colours_it() -> None:
     np.testing.assert_allclose(emitted[:, 0], np.array([1.0, 0.5, 0.25]) * 0.96, atol=2e-3)
 
 
+def test_sheen_dims_what_is_below_by_its_brightest_channel() -> None:
+    """1 − w·max(tint)·R of the emission is left, R being the fibres' albedo."""
+    graph = principled(
+        sheen_weight=0.8, sheen_roughness=0.7, sheen_tint=(0.2, 1.0, 0.5), emission_color=WHITE,
+        emission_strength=1.0,
+    )  # fmt: skip
+    wi = direction(0.3)
+    emitted = compile_materials([graph]).batches[0].emission(NodeLanes(n=1, wi=wi))
+    fibres = compiled_closures(graph, wi)[0]
+    albedo = fibres.bsdf.albedo(fibres.params, wi[2])
+    np.testing.assert_allclose(fibres.weight[:, 0], [0.16, 0.8, 0.4], rtol=1e-6)
+    assert emitted is not None
+    np.testing.assert_allclose(emitted, np.full((3, 1), 1 - 0.8 * albedo), rtol=1e-6)
+
+
+def test_sheen_stands_on_the_coat_as_far_as_there_is_one() -> None:
+    """With a coat of weight 1 its normal is the coat's, of half that the one halfway between."""
+    tilted = Node("CombineXYZ", "tilted", {"X": 0.6, "Y": 0.0, "Z": 0.8})
+    for coat, expected in ((0.0, [0, 0, 1]), (1.0, [0.6, 0, 0.8]), (0.5, [0.3162278, 0, 0.9486833])):
+        inputs = {"Sheen Weight": 1.0, "Coat Weight": coat, "Coat Normal": Link(0, "Vector")}
+        graph = Graph("test", (tilted, Node("BsdfPrincipled", "p", inputs, {})), {"Surface": Link(1, "BSDF")})
+        fibres = compiled_closures(graph, direction(0.5))[0]
+        normal = [0, 0, 1] if fibres.normal is None else fibres.normal[:, 0]
+        np.testing.assert_allclose(normal, expected, atol=1e-6)
+
+
 def test_glass_is_entered_and_left() -> None:
     """From behind the index is inverted; the colour is halved between the two faces."""
     behind = np.array([0, 1], np.float32)
@@ -207,7 +235,7 @@ def reflectance(graph: Graph, cos: float) -> np.ndarray:
 @settings(max_examples=40, deadline=None)
 @given(
     st.floats(0, 1), st.floats(0, 1), st.floats(1, 2.5), st.floats(0, 1), st.floats(0, 1),
-    st.floats(0, 1), st.floats(0, 1), st.floats(0.1, 1), st.floats(0, 1), st.floats(0, 1),
+    st.floats(0, 1), st.floats(0, 1), st.floats(0.1, 1), st.floats(0, 1), st.floats(0, 1), st.floats(0, 1),
 )  # fmt: skip
 def test_energy_is_conserved(
     metallic: float,
@@ -220,13 +248,14 @@ def test_energy_is_conserved(
     cos: float,
     subsurface: float,
     diffuse_roughness: float,
+    sheen: float,
 ) -> None:
     """A white surface of any make reflects at most all. 3 %: the tables' interpolation, and layers take
     albedos at the viewer's side alone, as Cycles does."""
     graph = principled(
         base_color=WHITE, metallic=metallic, roughness=roughness, ior=ior, specular_ior_level=level,
         transmission_weight=transmission, coat_weight=coat, coat_roughness=coat_roughness,
-        subsurface_weight=subsurface, diffuse_roughness=diffuse_roughness,
+        subsurface_weight=subsurface, diffuse_roughness=diffuse_roughness, sheen_weight=sheen,
     )  # fmt: skip
     assert reflectance(graph, cos).max() <= 1.03
 
@@ -248,8 +277,6 @@ def test_white_surface_keeps_its_light(roughness: float, cos: float, sockets: di
 @pytest.mark.parametrize(
     ("sockets", "effect"),
     [
-        ({"sheen_weight": 0.3}, "no sheen"),
-        ({"sheen_weight": "A.alpha"}, "no sheen"),
         ({"thin_film_thickness": 300.0}, "no colours of a thin film"),
         ({"subsurface_weight": 0.5}, "subsurface light leaves where it enters"),
         ({"transmission_weight": 0.5, "thin_wall": True}, "thin walls refract like solid glass"),
@@ -271,7 +298,7 @@ def test_what_is_not_rendered_is_listed(sockets: dict[str, Any], effect: str) ->
         {"thin_film_thickness": 0.05},
         {"subsurface_weight": 1.0, "metallic": 1.0},
         {"thin_wall": True},
-        {"coat_weight": 1.0, "alpha": 0.5, "anisotropic": 0.5, "emission_strength": 1.0},
+        {"coat_weight": 1.0, "alpha": 0.5, "anisotropic": 0.5, "emission_strength": 1.0, "sheen_weight": 1.0},
     ],
 )
 def test_what_has_no_effect_is_not_listed(sockets: dict[str, Any]) -> None:

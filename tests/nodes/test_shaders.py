@@ -6,9 +6,11 @@ from support.node_lanes import NodeLanes
 from support.scenes import rgba, shader
 
 from pt_engine.nodes.compile import compile_materials
-from pt_engine.nodes.coverage import APPROXIMATE
+from pt_engine.nodes.coverage import APPROXIMATE, EXACT
 from pt_engine.nodes.world import compile_light, compile_world
 from pt_engine.scene.snapshot import Graph, Link, Node
+
+PHONG = {"distribution": "ASHIKHMIN_SHIRLEY"}
 
 
 def closures(graph, **lanes):
@@ -23,6 +25,13 @@ def closures(graph, **lanes):
         (shader("BsdfDiffuse", Roughness=0.0), ("diffuse",), False),
         (shader("BsdfDiffuse", Roughness=0.4), ("oren_nayar",), False),
         (shader("BsdfTranslucent"), ("translucent",), False),
+        (shader("BsdfSheen"), ("sheen",), False),
+        (shader("BsdfSheen", props={"distribution": "ASHIKHMIN"}), ("velvet",), False),
+        (shader("BsdfToon", props={"component": "DIFFUSE"}), ("toon",), False),
+        (shader("BsdfToon", props={"component": "GLOSSY"}), ("toon_glossy",), False),
+        (shader("BsdfAnisotropic", props=PHONG, Roughness=0.02), ("ashikhmin_shirley",), False),
+        (shader("BsdfAnisotropic", props=PHONG, Roughness=0.01), ("ashikhmin_shirley",), True),
+        (shader("BsdfRayPortal"), ("ray_portal",), True),
         (shader("BsdfTransparent"), ("transparent",), True),
         (shader("BsdfGlossy", props={"distribution": "GGX"}, Roughness=0.3), ("conductor",), False),
         (shader("BsdfAnisotropic", props={"distribution": "BECKMANN"}), ("conductor_beckmann",), False),
@@ -68,11 +77,28 @@ def test_glass_turns_its_index_around_behind_the_face():
     np.testing.assert_allclose(closure.params.eta, [1.5, 1 / 1.5, 1.5], rtol=1e-6)
 
 
-@pytest.mark.parametrize("kind", ["SubsurfaceScattering", "BsdfToon", "BsdfHair", "BsdfSheen", "Holdout"])
+@pytest.mark.parametrize("kind", ["SubsurfaceScattering", "BsdfHair"])
 def test_stand_ins_are_listed(kind):
     compiled = compile_materials([shader(kind)])
     assert compiled.coverage[0].state == APPROXIMATE
     assert compiled.coverage[0].effect
+
+
+@pytest.mark.parametrize(("roughness", "state"), [(0.2, EXACT), (0.5, APPROXIMATE)])
+def test_rough_ashikhmin_shirley_is_not_cycles_sampler(roughness, state):
+    (entry,) = compile_materials([shader("BsdfAnisotropic", props=PHONG, Roughness=roughness)]).coverage
+    assert entry.state == state
+
+
+def test_a_portal_leads_straight_on_unless_told_otherwise():
+    """No direction, or one of length 0: −wi; the hit point stays where it is."""
+    wi = np.array([[0.6], [0.0], [0.8]], np.float32)
+    for inputs, expected in (({}, [-0.6, 0, -0.8]), ({"Direction": (0.0, 3.0, 4.0)}, [0, 0.6, 0.8])):
+        compiled = compile_materials([shader("BsdfRayPortal", **inputs)])
+        (closure,) = compiled.batches[0].closures(NodeLanes(n=1, wi=wi))
+        np.testing.assert_allclose(closure.params.direction[:, 0], expected, atol=1e-7)
+        assert closure.params.position is None
+        assert [entry.state for entry in compiled.coverage] == [EXACT]
 
 
 def test_a_constant_world():

@@ -189,7 +189,7 @@ def test_gathering_weighs_by_both_densities():
 
 
 CLEAR = Lobe.DELTA | Lobe.TRANSMIT | Lobe.TRANSPARENT
-VEILED = SimpleNamespace(transparent_surfaces=True)
+VEILED = SimpleNamespace(transparent_surfaces=True, has_portals=False)
 
 
 def test_passing_a_transparent_surface_is_no_bounce():

@@ -65,7 +65,7 @@ ON = [
     ("lamps met by rays", {"lights": [lamp(radius=0.2)]}),
     ("mesh lights", {"objects": [(make.quad(), make.emission(1.0))]}),
     ("light choice", {"lights": [lamp(), lamp("SUN")]}),
-    ("light choice", {"objects": [(make.quad(), make.emission(1.0))]}),  # two triangles
+    ("light choice", {"objects": [(make.quad(), make.emission(1.0)), (make.quad(), make.emission(2.0))]}),
     ("shading normals", {"objects": [(make.sphere(1, 6), GREY)]}),
     ("transparent surfaces", {"objects": [(make.quad(), half_transparent(0.5))]}),
     ("several closures", {"objects": [(make.quad(), half_transparent(0.5))]}),
@@ -86,6 +86,7 @@ def test_effects_are_told_apart():
     assert sized["Dirac lamps"].startswith("off")
     assert point["lamps met by rays"].startswith("off")
     assert point["light choice"].startswith("off")
+    assert of([(make.quad(), make.emission(1.0))])["light choice"].startswith("off")  # one, of two triangles
     greys = [(make.quad(), make.diffuse(k / 10, f"m{k}")) for k in range(9)]
     assert of(greys)["material batches"].startswith("off")
     assert of(sky=make.world(0.5))["environment sampling"].startswith("off")

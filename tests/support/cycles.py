@@ -40,11 +40,11 @@ OVERRIDES = {
 Pair = tuple[np.ndarray, np.ndarray]
 
 
-def by_cycles(samples: int, size: tuple[int, int], folder: Path) -> Pair:
-    """RGBA images of seeds 0 and 1, top row first."""
+def by_cycles(samples: int, size: tuple[int, int], folder: Path, **more: Any) -> Pair:
+    """RGBA images of seeds 0 and 1, top row first; `more` are settings of Cycles."""
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
-    for name, value in OVERRIDES.items():
+    for name, value in (OVERRIDES | more).items():
         if hasattr(scene.cycles, name):
             setattr(scene.cycles, name, value)
     scene.cycles.samples = samples
@@ -66,23 +66,20 @@ def by_cycles(samples: int, size: tuple[int, int], folder: Path) -> Pair:
 
 
 def by_engine(samples: int, size: tuple[int, int], **more: Any) -> Pair:
-    """The same by our own path tracer, with the file's filter."""
+    """The same by our own path tracer, with the file's filter; `more` are render settings."""
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = size
     scene.render.resolution_percentage = 100
     ours = prepare(export_scene(bpy.context.evaluated_depsgraph_get()), scene.render.film_transparent)
     images = []
+    options: dict[str, Any] = {
+        "max_depth": BOUNCES + 2,  # Cycles counts the bounces between the first surface and the last
+        "transparent_depth": BOUNCES,
+        "pixel_filter": scene.cycles.pixel_filter_type,
+        "filter_width": scene.cycles.filter_width,
+        "film_transparent": scene.render.film_transparent,
+    }
     for seed in (0, 1):
-        settings = RenderSettings(
-            *size,
-            samples=samples,
-            seed=seed,
-            max_depth=BOUNCES + 2,  # Cycles counts the bounces between the first surface and the last
-            transparent_depth=BOUNCES,
-            pixel_filter=scene.cycles.pixel_filter_type,
-            filter_width=scene.cycles.filter_width,
-            film_transparent=scene.render.film_transparent,
-            **more,
-        )
+        settings = RenderSettings(*size, samples=samples, seed=seed, **(options | more))
         images.append(render(ours, settings).image()[::-1])
     return images[0], images[1]
