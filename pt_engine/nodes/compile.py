@@ -15,8 +15,10 @@ from .batch import Batch, Plan, plan
 from .coverage import APPROXIMATE, IGNORED, Coverage, CoverageLog
 from .graph import GraphReader
 from .ir import Builder
+from .light_path import BOUNCE_KIND
 from .normals import displaced_normal
 from .probe import mean_emission
+from .program import ordered_calls
 from .ray_portal import lets_light_through
 from .surface import SurfaceBuilder
 
@@ -97,7 +99,15 @@ def read_surface(graph: Graph, textures: TextureStore, log: CoverageLog) -> Surf
         effect = "emitters behind count about once; Cycles counts those with a size twice where the two mix"
         log.note("(portal with transparency)", APPROXIMATE, effect)
     note_other_outputs(graph, log)
+    note_emission_by_bounce(graph, out, log)
     return out
+
+
+def note_emission_by_bounce(graph: Graph, out: SurfaceBuilder, log: CoverageLog) -> None:
+    """Say what becomes of light that depends on how the surface it falls on scatters."""
+    calls = ordered_calls([] if out.emission is None else [out.emission])
+    if any(BOUNCE_KIND in call.op.reads(*call.static) for call in calls):
+        log.note(graph.name, APPROXIMATE, "where the light is sampled, all rays count as diffuse ones")
 
 
 def note_displacement(graph: Graph, link: Link, log: CoverageLog) -> None:

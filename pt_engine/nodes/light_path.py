@@ -13,9 +13,13 @@ from .ir import FLOAT, Value, lane_op
 from .registry import Outputs, node
 
 Float32 = NDArray[np.float32]
+BOUNCE_KIND = "bounce_kind"  # read by what depends on how the last surface has scattered
 
 
-@lane_op(FLOAT, reads="ray_kind")
+ANY_KIND = RayKind.CAMERA | RayKind.SHADOW
+
+
+@lane_op(FLOAT, reads=lambda bit: ("ray_kind",) if bit & ANY_KIND else ("ray_kind", BOUNCE_KIND))
 def is_ray_kind(lanes: Any, bit: int) -> Float32:
     """1 for rays of a kind."""
     return ((lanes.ray_kind & bit) != 0).astype(np.float32)  # type: ignore[no-any-return]
@@ -23,7 +27,7 @@ def is_ray_kind(lanes: Any, bit: int) -> Float32:
 
 @lane_op(FLOAT)
 def ray_length(lanes: Any) -> Float32:
-    """From the ray's origin to here."""
+    """From the last bounce to here."""
     return lanes.ray_length  # type: ignore[no-any-return]
 
 
@@ -32,6 +36,12 @@ def ray_depth(lanes: Any) -> Float32:
     """Bounces so far; a shadow ray is one bounce further, as in Cycles."""
     depth = lanes.depth + ((lanes.ray_kind & RayKind.SHADOW) != 0)
     return depth.astype(np.float32)  # type: ignore[no-any-return]
+
+
+@lane_op(FLOAT, reads=lambda kind: (f"{kind}_depth", BOUNCE_KIND))
+def depth_of_kind(lanes: Any, kind: str) -> Float32:
+    """Bounces of one kind so far."""
+    return lanes.depth_of(kind).astype(np.float32)  # type: ignore[no-any-return]
 
 
 @lane_op(FLOAT, reads="transparent_depth")
@@ -48,6 +58,7 @@ KINDS: Final = {
     "Is Singular Ray": RayKind.SINGULAR,
     "Is Reflection Ray": RayKind.REFLECTION,
     "Is Transmission Ray": RayKind.TRANSMISSION,
+    "Is Volume Scatter Ray": RayKind.VOLUME,
 }
 
 
@@ -59,11 +70,9 @@ def light_path(n: NodeView) -> Outputs:
     }
     table = {"Ray Length": ray_length, "Ray Depth": ray_depth, "Transparent Depth": transparent_depth}
     out.update({name: n.call(what) for name, what in table.items() if name in wanted})
-    for name in wanted & {"Diffuse Depth", "Glossy Depth", "Transmission Depth"}:
-        n.approximate(f"{name} counts bounces of every kind")
-        out[name] = n.call(ray_depth)
-    for name in ("Is Volume Scatter Ray", "Portal Depth"):
-        out[name] = n.constant(0.0, FLOAT)
+    for kind in ("Diffuse", "Glossy", "Transmission", "Portal"):
+        if f"{kind} Depth" in wanted:
+            out[f"{kind} Depth"] = n.call(depth_of_kind, static=(kind.lower(),))
     return out
 
 

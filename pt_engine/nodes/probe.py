@@ -85,6 +85,9 @@ class ProbeLanes:
     def object_color(self) -> Float32:
         return np.ones((4, self.n), np.float32)
 
+    def depth_of(self, kind: str) -> NDArray[np.int32]:
+        return self.depth
+
     def per_object(self, name: str) -> Float32:
         return np.zeros((4, self.n), np.float32)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -56,8 +56,11 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         Distance since the last real bounce, through transparent surfaces.
     kind, depth, passed : (N,) int32
         `RayKind` bits; real bounces and transparent surfaces so far.
+    diffuse_depth, glossy_depth, transmission_depth, portal_depth : (N,) int32
+        Bounces of one kind so far.
 
-    Only scenes in which somebody asks (`Scene.tracks_history`) carry the last four lane by lane.
+    Only scenes in which somebody asks (`Scene.tracks_history`, `Scene.tracked_depths`) carry all from
+    `travelled` on lane by lane.
     """
 
     beta: Float32
@@ -69,7 +72,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     _history: dict[str, NDArray[Any]] | None  # None: all lanes are alike
 
     @classmethod
-    def start(cls, sampler: LaneSampler, tracked: bool) -> PathState:
+    def start(cls, sampler: LaneSampler, tracked: bool, depths: Sequence[str] = ()) -> PathState:
         """Camera paths: β = 1, L = 0, and a Dirac density, since no emitter sample competes."""
         n = sampler.state.shape[1]
         path = cls.empty(n)
@@ -78,16 +81,16 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         path.pdf = np.full(n, np.inf, np.float32)
         path.bounces, path._history = 0, None
         if tracked:
-            path._history = {name: path._column(name).copy() for name in HISTORY}
+            path._history = {name: path._column(name).copy() for name in (*HISTORY, *depths)}
         return path
 
     def _column(self, name: str) -> NDArray[Any]:
         """Lane by lane where it is tracked; else the same number on all, without the memory."""
-        if self._history is not None:
+        if self._history is not None and name in self._history:
             return self._history[name]
         kind = RayKind.REFLECTION if self.bounces else RayKind.CAMERA
-        values = {"kind": np.int32(kind), "depth": np.int32(self.bounces), "passed": np.int32(0)}
-        return np.broadcast_to(values.get(name, np.float32(0)), self.size)
+        values = {"kind": np.int32(kind), "depth": np.int32(self.bounces), "travelled": np.float32(0)}
+        return np.broadcast_to(values.get(name, np.int32(0)), self.size)
 
     @property
     def kind(self) -> Int32:
@@ -104,6 +107,22 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     @property
     def travelled(self) -> Float32:
         return self._column("travelled")
+
+    @property
+    def diffuse_depth(self) -> Int32:
+        return self._column("diffuse_depth")
+
+    @property
+    def glossy_depth(self) -> Int32:
+        return self._column("glossy_depth")
+
+    @property
+    def transmission_depth(self) -> Int32:
+        return self._column("transmission_depth")
+
+    @property
+    def portal_depth(self) -> Int32:
+        return self._column("portal_depth")
 
     def take(self, index: NDArray[np.intp]) -> PathState:
         """The paths at `index`, in that order. The density is not carried: it was for this hit."""
@@ -139,6 +158,8 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
             self._history["kind"] = KIND_OF_LOBE.take(to.lobe)
             self._history["depth"] = self._history["depth"] + 1
             self._history["travelled"] = np.zeros(self.size, np.float32)
+            for name in DEPTH_OF_LOBE.keys() & self._history.keys():
+                self._history[name] = self._history[name] + DEPTH_OF_LOBE[name].take(to.lobe)
         return leave(si, to.wo)
 
     def go_on(self, scene: Scene, si: Surface, to: Scattered, max_depth: int) -> Rays:
@@ -157,9 +178,13 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         self.pdf[passing], self.kind[passing] = before.pdf, before.kind
         self.depth[passing], self.passed[passing] = before.depth, before.passed + 1
         self.travelled[passing] = travelled
+        for name in DEPTH_OF_LOBE.keys() & (self._history or {}).keys():
+            getattr(self, name)[passing] = getattr(before, name)
         if scene.has_portals:  # no emitter sample reaches through them
             away = np.flatnonzero(to.lobe & Lobe.PORTAL)
             self.pdf[away], self.travelled[away] = np.inf, 0
+            if "portal_depth" in (self._history or {}):
+                self.portal_depth[away] += 1
         return rays
 
     def ride_along(self, moved: PathState, rays: Rays) -> Rays:
@@ -193,3 +218,16 @@ def _kind_of_lobe(lobe: int) -> int:
 
 
 KIND_OF_LOBE = np.array([_kind_of_lobe(lobe) for lobe in range(64)], np.int32)
+
+
+def _counted(kind: int, but: int = 0) -> Int32:
+    """(lobes,) 1 where a bounce is of a kind and not of another."""
+    counts: Int32 = (((KIND_OF_LOBE & kind) != 0) & ((KIND_OF_LOBE & but) == 0)).astype(np.int32)
+    return counts
+
+
+DEPTH_OF_LOBE = {
+    "diffuse_depth": _counted(RayKind.DIFFUSE, but=RayKind.TRANSMISSION),
+    "glossy_depth": _counted(RayKind.GLOSSY, but=RayKind.TRANSMISSION),
+    "transmission_depth": _counted(RayKind.TRANSMISSION),
+}

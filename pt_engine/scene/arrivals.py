@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from collections.abc import Iterator
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
 
 
 class Arrival(Protocol):
-    """How rays came to a point: what `PathState` knows of it."""
+    """What `PathState` knows of each ray: its `RayKind` bits, the bounces and surfaces passed before it.
+
+    `travelled` is how far it had come through transparent surfaces when its last part began.
+    """
 
     @property
     def kind(self) -> Int32: ...
@@ -19,6 +24,16 @@ class Arrival(Protocol):
     def depth(self) -> Int32: ...
     @property
     def passed(self) -> Int32: ...
+    @property
+    def travelled(self) -> Float32: ...
+    @property
+    def diffuse_depth(self) -> Int32: ...
+    @property
+    def glossy_depth(self) -> Int32: ...
+    @property
+    def transmission_depth(self) -> Int32: ...
+    @property
+    def portal_depth(self) -> Int32: ...
 
 
 class Arrivals(NamedTuple):
@@ -27,13 +42,25 @@ class Arrivals(NamedTuple):
     kind: Int32
     depth: Int32
     passed: Int32
+    travelled: Float32
+    diffuse_depth: Int32
+    glossy_depth: Int32
+    transmission_depth: Int32
+    portal_depth: Int32
 
     @classmethod
     def by(cls, kind: int, n: int) -> Arrivals:
         """`n` rays of one kind that have met nothing before."""
-        zero = np.zeros(n, np.int32)
-        return cls(np.full(n, kind, np.int32), zero, zero)
+        zero = np.broadcast_to(np.int32(0), n)
+        start = np.broadcast_to(np.float32(0), n)
+        return cls(np.broadcast_to(np.int32(kind), n), zero, zero, start, zero, zero, zero, zero)
+
+    @classmethod
+    def of(cls, path: Arrival, lanes: NDArray[np.intp]) -> Arrivals:
+        """The rays of some of a path's lanes."""
+        return cls(*(getattr(path, name).take(lanes) for name in cls._fields))
 
     def take(self, index: NDArray[np.intp]) -> Arrivals:
         """Some of them."""
-        return Arrivals(*(row.take(index) for row in self))
+        rows: Iterator[Any] = (row.take(index) for row in self)
+        return Arrivals(*rows)

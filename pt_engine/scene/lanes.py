@@ -166,6 +166,10 @@ class Lanes:
         """(n,) transparent surfaces passed so far."""
         return self._path.passed
 
+    def depth_of(self, kind: str) -> Int32:
+        """(n,) bounces of one kind so far: "diffuse", "glossy", "transmission" or "portal"."""
+        return getattr(self._path, f"{kind}_depth")  # type: ignore[no-any-return]
+
     @cached_property
     def backfacing(self) -> Float32:
         """(n,) 1 where the viewer is behind the face, else 0."""
@@ -173,8 +177,8 @@ class Lanes:
 
     @cached_property
     def ray_length(self) -> Float32:
-        """(n,) length of the ray that arrived."""
-        return self.si.t
+        """(n,) length of the ray that arrived, from the last real bounce."""
+        return self.si.t + self._path.travelled
 
     @property
     def position(self) -> Float32:
@@ -291,20 +295,19 @@ class SkyLanes:
     ----------
     direction : (3, N) float32
         World direction of travel.
-    kind : (N,) int32
-        `RayKind` bits.
+    came : Arrival
     view : View
         The camera's.
     origin : (3, N) float32 or None
         Where in the world the rays have started; only what an orthographic camera sees depends on it.
     """
 
-    def __init__(self, direction: Float32, kind: Int32, view: View, origin: Float32 | None = None) -> None:
+    def __init__(self, direction: Float32, came: Arrival, view: View, origin: Float32 | None = None) -> None:
         self.n = direction.shape[1]
         self.position = self.p = direction
         self.wi = self.ng = self.ns = -direction
-        self.ray_kind = kind
-        self.depth = self.transparent_depth = self.material = np.zeros(self.n, np.int32)
+        self.ray_kind, self.transparent_depth, self._came = came.kind, came.passed, came
+        self.material = np.zeros(self.n, np.int32)
         self.backfacing = np.zeros(self.n, np.float32)
         self.ray_length = np.full(self.n, np.float32(1e30))
         self._direction, self._origin, self.view = direction, origin, view
@@ -319,6 +322,15 @@ class SkyLanes:
         seen = ((self.ray_kind & RayKind.CAMERA) != 0).astype(np.float32)
         start = self._direction if self._origin is None else self._origin
         return self.view.image_of_point(start * seen + self._direction * (1 - seen))
+
+    @property
+    def depth(self) -> Int32:
+        """(n,) bounces so far; the sky is one further, as in Cycles."""
+        return self._came.depth + np.int32(1)
+
+    def depth_of(self, kind: str) -> Int32:
+        """(n,) bounces of one kind so far."""
+        return getattr(self._came, f"{kind}_depth")  # type: ignore[no-any-return]
 
     def per_object(self, name: str) -> Float32:
         """Zero: the sky is no object."""

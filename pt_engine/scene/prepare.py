@@ -17,6 +17,7 @@ from ..nodes.compile import Materials, compile_materials
 from ..nodes.coverage import IGNORED, Coverage
 from ..nodes.world import WorldProgram, compile_light, compile_world
 from .accel import Accel
+from .arrivals import Arrivals
 from .attributes import (
     Layer,
     attribute_layer,
@@ -35,6 +36,7 @@ from .snapshot import CameraData, Snapshot, Visibility
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
+DEPENDS_ON_BOUNCE = {"bounce_kind", "depth", "transparent_depth"}
 ENVIRONMENT_HEIGHT = 512  # rows of the importance map; the radiance itself is never baked
 
 
@@ -106,15 +108,18 @@ def view_of(camera: CameraData) -> View:
 
 
 def environment(world: WorldProgram, view: View) -> Environment | None:
-    """The world as an emitter to sample; its brightness is tabulated unless it is constant."""
-    if not world.emits:
+    """The world as an emitter to sample; its brightness is tabulated unless it is constant.
+
+    None for a world that is not the same for all rays that come to it: scattered rays find it.
+    """
+    if not world.emits or world.needs & DEPENDS_ON_BOUNCE:
         return None
     if world.constant is not None:
         return ConstantEnvironment(tuple(world.constant))
 
     def radiance(d: Float32) -> Float32:
-        kind = np.full(d.shape[1], RayKind.DIFFUSE | RayKind.REFLECTION, np.int32)
-        return world.emission(SkyLanes(d, kind, view))
+        came = Arrivals.by(RayKind.DIFFUSE | RayKind.REFLECTION, d.shape[1])
+        return world.emission(SkyLanes(d, came, view))
 
     height = ENVIRONMENT_HEIGHT
     d = texel_directions(height, 2 * height)

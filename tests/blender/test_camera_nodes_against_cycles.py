@@ -11,6 +11,7 @@ from support.seen_nodes import SIZE, build, case, compare, cycles  # noqa: E402
 from pt_engine.cameras import make_camera  # noqa: E402
 from pt_engine.core.raykind import RayKind  # noqa: E402
 from pt_engine.nodes.world import compile_world  # noqa: E402
+from pt_engine.scene.arrivals import Arrivals  # noqa: E402
 from pt_engine.scene.lanes import SkyLanes  # noqa: E402
 from pt_engine.scene.prepare import view_of  # noqa: E402
 
@@ -130,7 +131,6 @@ def our_sky():
     camera = make_camera(snapshot.camera, np.zeros(3), (SIZE, SIZE))
     y, x = np.mgrid[0:SIZE, 0:SIZE]
     rays = camera.rays((np.stack([x.ravel(), y.ravel()]) + 0.5).astype(np.float32))
-    kind = np.full(SIZE * SIZE, RayKind.CAMERA, np.int32)
     origin = np.broadcast_to(rays.o, rays.d.shape)
-    lanes = SkyLanes(rays.d, kind, view_of(snapshot.camera), origin)
+    lanes = SkyLanes(rays.d, Arrivals.by(RayKind.CAMERA, SIZE * SIZE), view_of(snapshot.camera), origin)
     return compile_world(snapshot.world).emission(lanes) * (rays.tfar > 0)

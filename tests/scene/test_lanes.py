@@ -185,14 +185,16 @@ def test_positions_are_in_the_world_however_far_it_is(away):
 def test_how_a_ray_came_is_what_the_program_sees():
     scene = prepare(make.scene([(make.quad(), np.eye(4), GREY)], CAMERA))
     si = shoot(scene, np.tile((0.1, 0.2, 3), (4, 1)), np.tile((0, 0, -1), (4, 1))).si
-    came = Arrivals(
-        np.arange(4, dtype=np.int32), np.arange(4, 8, dtype=np.int32), np.arange(1, 5, dtype=np.int32)
-    )
+    names = ("kind", "depth", "passed", "diffuse_depth", "glossy_depth", "transmission_depth", "portal_depth")
+    rows = {name: np.arange(k, k + 4, dtype=np.int32) for k, name in enumerate(names)}
+    came = Arrivals.by(0, 4)._replace(travelled=np.arange(4, dtype=np.float32), **rows)
     lanes = Lanes(scene, si, came, False)
     assert lanes.ray_kind.tolist() == [0, 1, 2, 3]
-    assert lanes.depth.tolist() == [4, 5, 6, 7]
-    assert lanes.transparent_depth.tolist() == [1, 2, 3, 4]
-    np.testing.assert_allclose(lanes.ray_length, 3)
+    assert lanes.depth.tolist() == [1, 2, 3, 4]
+    assert lanes.transparent_depth.tolist() == [2, 3, 4, 5]
+    for k, kind in enumerate(("diffuse", "glossy", "transmission", "portal")):
+        assert lanes.depth_of(kind).tolist() == list(range(3 + k, 7 + k))
+    np.testing.assert_allclose(lanes.ray_length, [3, 4, 5, 6])  # with what came before a transparent surface
 
 
 def test_a_moved_lane_reads_attributes_where_it_has_moved(hits):
@@ -215,7 +217,7 @@ def test_a_moved_lane_reads_attributes_where_it_has_moved(hits):
 def test_the_sky_sees_directions():
     """Position, normal and Generated are the ray's direction, as in Blender; it has no object."""
     d = np.ascontiguousarray(random_directions(5, 6).T, np.float32)
-    sky = SkyLanes(d, np.full(5, RayKind.CAMERA, np.int32), View())
+    sky = SkyLanes(d, Arrivals.by(RayKind.CAMERA, 5), View())
     for value in (sky.position, sky.generated(), sky.object_position(), -sky.wi, -sky.ns, -sky.ng):
         np.testing.assert_array_equal(value, d)
     zeros = (sky.uv(""), sky.color(""), sky.barycentric(), sky.object_random(), sky.object_color())
@@ -223,5 +225,5 @@ def test_the_sky_sees_directions():
         (z == 0).all() and z.shape[-1] == 5 for z in (*zeros, sky.object_index(), sky.object_location())
     )
     assert sky.ray_length.min() >= 1e30
-    assert (sky.depth == 0).all()
+    assert (sky.depth == 1).all()
     assert (sky.backfacing == 0).all()
