@@ -24,4 +24,5 @@ from . import (  # noqa: F401  (their import is what registers the kinds)
     toon,
     vector_nodes,
     voronoi_nodes,
+    wireframe,
 )

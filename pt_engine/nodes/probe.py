@@ -97,6 +97,10 @@ class ProbeLanes:
     def object_location(self) -> Float32:
         return np.zeros((3, self.n), np.float32)
 
+    def edges(self) -> list[tuple[Float32, Float32]]:
+        along, away = self.bump_steps(1.0)
+        return [(along, away / STEP)]
+
     def bump_steps(self, width: float) -> tuple[Float32, Float32]:
         x, y = np.zeros((3, self.n), np.float32), np.zeros((3, self.n), np.float32)
         x[0], y[1] = STEP, STEP

@@ -256,6 +256,14 @@ class Lanes:
         """(2, n) weights of the triangle's corners 1 and 2."""
         return np.stack([self.si.u, self.si.v])
 
+    def edges(self) -> list[tuple[Float32, Float32]]:
+        """The triangle's three edges and the way to the point from where each begins, (3, n) in the world."""
+        si = self.si
+        a, b, c = self.scene.layer("position", "").corners(si.prim, si.instance)
+        p = a + si.u * (b - a) + si.v * (c - a)
+        pairs = ((b - a, p - a), (c - b, p - b), (a - c, p - c))
+        return [(self.to_world_vector(edge), self.to_world_vector(toward)) for edge, toward in pairs]
+
     def bump_steps(self, width: float) -> tuple[Float32, Float32]:
         """Two small steps (3, n) along the faces, `width` of a pixel long, for Bump."""
         return steps(self, width)

@@ -56,6 +56,8 @@ CASES = [
     case("NewGeometry", "Random Per Island"),
     case("Attribute", "Color", attribute_name="pointiness"),
     case("NewGeometry", "Tangent"),
+    *(case("Wireframe", "Fac", links={"Size": size}) for size in (0.02, 0.1)),
+    *(case("Wireframe", "Fac", links={"Size": size}, use_pixel_size=True) for size in (1.0, 3.0)),
     *(case("Tangent", "Tangent", direction_type="UV_MAP", uv_map=name) for name in ("", "UVMap", "missing")),
     *(case("NormalMap", "Normal", links=BENT, uv_map=name) for name in ("", "UVMap", "missing")),
     case("NormalMap", "Normal", links=BENT | {"Strength": 1.6}),

@@ -198,8 +198,12 @@ def test_how_a_ray_came_is_what_the_program_sees():
 
 
 def test_a_moved_lane_reads_attributes_where_it_has_moved(hits):
-    """uv is linear in object space on the ball's facets: Δuv = M⁻¹ step; the steps lie in the face."""
-    scene, shot, _, _ = hits
+    """uv is linear in object space on the ball's facets: Δuv = M⁻¹ step; the steps lie in the face.
+
+    Seen from inside attributes change the other way, as in Cycles.
+    """
+    scene, shot, _, side = hits
+    turn = -1 if side == "inside" else 1
     scene.pixel_angle = 0.05  # larger than a pixel, so that differences show in float32
     lanes = lanes_of(scene, shot.si)
     dx, dy = steps(lanes, 0.1)
@@ -207,7 +211,7 @@ def test_a_moved_lane_reads_attributes_where_it_has_moved(hits):
         assert np.abs(vectors.dot(step, lanes.ng)).max() <= 1e-6 * vectors.length(step).max()
         there = moved(lanes, step)
         change = lanes.to_object_vector(step)[:2]
-        np.testing.assert_allclose(there.uv("map") - lanes.uv("map"), change, atol=2e-5)
+        np.testing.assert_allclose(there.uv("map") - lanes.uv("map"), turn * change, atol=2e-5)
         np.testing.assert_allclose(there.position, lanes.position + step, atol=1e-6)
     np.testing.assert_allclose(
         vectors.dot(vectors.cross(dx, dy), lanes.ng), vectors.length(dx) ** 2, rtol=1e-4
