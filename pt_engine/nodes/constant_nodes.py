@@ -1,4 +1,4 @@
-"""Nodes whose output is their setting: Value, RGB."""
+"""Nodes whose output is the same everywhere: Value, RGB, Scene Time."""
 
 from __future__ import annotations
 
@@ -15,3 +15,9 @@ def value_node(n: NodeView) -> Outputs:
 @node("RGB")
 def rgb_node(n: NodeView) -> Outputs:
     return {"Color": n.constant(n.prop("value", (0.5, 0.5, 0.5)), COLOR)}
+
+
+@node("SceneTime")
+def scene_time(n: NodeView) -> Outputs:
+    """The frame that is rendered, and its time."""
+    return {name.title(): n.constant(n.prop(name, 0.0), FLOAT) for name in ("frame", "seconds")}

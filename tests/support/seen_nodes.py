@@ -167,15 +167,20 @@ def ours():
 
 
 def compare(scene, tree, c):
-    """Fail where more pixels differ than the case allows."""
+    """The case's output, by both."""
     set_up(tree, c)
+    check(scene, c.share, c.tolerance)
+
+
+def check(scene, share=EDGES, tolerance=EXACT):
+    """Fail where more pixels differ than are allowed."""
     theirs, (mine, change) = cycles(scene), ours()
     beyond = np.maximum(np.abs(mine - theirs) - change, 0)
     error = beyond.max(axis=0) / (np.abs(theirs).max(axis=0) + 0.01)
     seen = np.abs(theirs).max(axis=0) + np.abs(mine).max(axis=0) > 0
-    wrong = ~(error <= c.tolerance) & seen
+    wrong = ~(error <= tolerance) & seen
     worst = np.argsort(error * seen)[-3:]
-    assert wrong.sum() <= c.share * max(seen.sum(), 1000), (
+    assert wrong.sum() <= share * max(seen.sum(), 1000), (
         f"{wrong.sum()} of {seen.sum()} pixels differ, for example at {worst}: "
         f"{mine[:, worst].T} instead of {theirs[:, worst].T}"
     )

@@ -56,18 +56,23 @@ def first_of(owners, name: str) -> Rgba:
     return next((found for owner in owners if (found := rgba_of(owner, name)) is not None), NOTHING)
 
 
-def with_layer_values(graph: Graph | None, scene, view_layer) -> Graph | None:
-    """A graph whose Attribute nodes of the view layer know their `value`: the layer's, scene's or world's."""
-    if graph is None or not any(of_layer(node) for node in graph.nodes):
+def with_scene_values(graph: Graph | None, scene, view_layer) -> Graph | None:
+    """A graph whose nodes know what they ask of scene and view layer: see `of_scene`."""
+    if graph is None or not any(node.kind == "SceneTime" or of_layer(node) for node in graph.nodes):
         return graph
-    owners = (view_layer, scene, scene.world)
-    nodes = tuple(
-        replace(node, props=node.props | {"value": first_of(owners, str(node.props["attribute_name"]))})
-        if of_layer(node)
-        else node
-        for node in graph.nodes
-    )
+    nodes = tuple(replace(node, props=node.props | of_scene(node, scene, view_layer)) for node in graph.nodes)
     return replace(graph, nodes=nodes)
+
+
+def of_scene(node, scene, view_layer) -> dict[str, object]:
+    """Scene Time's `frame` and `seconds`; `value` of an Attribute of view layer, scene or its world."""
+    if node.kind == "SceneTime":
+        frame = scene.frame_current_final
+        return {"frame": frame, "seconds": frame * scene.render.fps_base / scene.render.fps}
+    if of_layer(node):
+        owners = (view_layer, scene, scene.world)
+        return {"value": first_of(owners, str(node.props["attribute_name"]))}
+    return {}
 
 
 def of_layer(node) -> bool:

@@ -9,7 +9,7 @@ from .camera import export_camera
 from .images import ImageTable, ocio_config
 from .instances import Collector
 from .materials import MaterialTable
-from .properties import with_layer_values
+from .properties import with_scene_values
 from .unsupported import scene_wide
 from .world import export_world
 
@@ -46,13 +46,13 @@ def export_scene(depsgraph, *, camera=None, size=None) -> Snapshot:
     return Snapshot(
         meshes=tuple(collector.meshes),
         instances=instances,
-        materials=tuple(with_layer_values(graph, scene, view_layer) for graph in materials.graphs),
+        materials=tuple(with_scene_values(graph, scene, view_layer) for graph in materials.graphs),
         images=tuple(images.images),
         lights=tuple(
-            replace(light, graph=with_layer_values(light.graph, scene, view_layer))
+            replace(light, graph=with_scene_values(light.graph, scene, view_layer))
             for light in collector.lights
         ),
-        world=with_layer_values(world, scene, view_layer),
+        world=with_scene_values(world, scene, view_layer),
         camera=export_camera(
             camera_of(depsgraph, scene, camera), scene.render, size=size, unsupported=unsupported
         ),
