@@ -11,6 +11,7 @@ from .coordinates import generated
 from .graph import NodeView
 from .ir import COLOR, FLOAT, VECTOR, Value, lane_op
 from .registry import Outputs, node
+from .tangents import stored_tangent
 
 Float32 = NDArray[np.float32]
 
@@ -47,6 +48,10 @@ def attribute(n: NodeView) -> Outputs:
         return everything(n, n.call(generated), one)
     if n.reader.world or not name:
         return everything(n, n.constant(0.0, VECTOR), one)
+    uv_map, _, suffix = name.rpartition(".")
+    if kind == "GEOMETRY" and suffix in ("tangent", "tangent_sign"):
+        tangent, sign = n.calls(stored_tangent, static=(uv_map,))
+        return everything(n, tangent if suffix == "tangent" else n.builder.convert(sign, VECTOR), one)
     if kind == "GEOMETRY":
         return everything(n, *n.calls(mesh_attribute, static=(name,)))
     return everything(n, *n.calls(object_attribute, static=(f"{kind.lower()}:{name}",)))

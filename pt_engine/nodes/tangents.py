@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..core import vectors
 from .graph import NodeView
-from .ir import VECTOR, lane_op
+from .ir import FLOAT, VECTOR, lane_op
 from .registry import Outputs, node
 
 Float32 = NDArray[np.float32]
@@ -29,6 +29,12 @@ def uv_tangent(lanes: Any, name: str) -> Float32:
     """Unit tangent along growing u; it comes to the world as if it were a normal, as in Cycles."""
     tangent, _ = lanes.object_tangent(name)
     return orthogonal_to(lanes.ns, lanes.to_world_normal(tangent))
+
+
+@lane_op(VECTOR, FLOAT, moves=True, reads=lambda name: (f"tangent:{name}",))
+def stored_tangent(lanes: Any, name: str) -> tuple[Float32, Float32]:
+    """The object's tangent along growing u as it is stored, and the sign of the bitangent."""
+    return lanes.object_tangent(name)  # type: ignore[no-any-return]
 
 
 def orthogonal_to(normal: Float32, tangent: Float32) -> Float32:

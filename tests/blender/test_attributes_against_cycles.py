@@ -86,7 +86,7 @@ CASES = [
     *(
         attribute(name, output, "VIEW_LAYER")
         for name in ("of scene", "of layer", "missing", "frame_current", "render.fps", "gravity")
-        for output in OUTPUTS
+        for output in (OUTPUTS if name == "of scene" else ("Color", "Alpha"))
     ),
     *(
         case("VertexColor", output, layer_name=name)

@@ -62,6 +62,10 @@ CASES = [
     *(case("NormalMap", "Normal", links=BENT, uv_map=name) for name in ("", "UVMap", "missing")),
     case("NormalMap", "Normal", links=BENT | {"Strength": 1.6}),
     case("NormalMap", "Normal", links=BENT, convention="DIRECTX"),
+    *(case("NormalMap", "Normal", links=BENT, base=base) for base in ("ORIGINAL", "DISPLACED")),
+    *(case("Attribute", o, attribute_name="tangent") for o in ("Vector", "Fac", "Alpha")),
+    *(case("Attribute", "Vector", attribute_name=f"UVMap.{name}") for name in ("tangent", "tangent_sign")),
+    case("Attribute", "Fac", attribute_name="tangent_sign"),
 ]
 
 

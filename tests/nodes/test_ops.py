@@ -127,7 +127,7 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
     "Tangent": settings(axis=("X", "Y", "Z")) + [{"direction_type": "UV_MAP"}],
     "TexCoord": settings(object_matrix=[None, tuple(np.eye(4).ravel().tolist())], from_instancer=BOTH),
     "Wireframe": settings(use_pixel_size=BOTH),
-    "Attribute": settings(attribute_name=["A"], attribute_type=("GEOMETRY", "OBJECT")),
+    "Attribute": settings(attribute_name=["A", "tangent_sign"], attribute_type=("GEOMETRY", "OBJECT")),
     "BsdfGlossy": GLOSSY,
     "BsdfGlass": GLOSSY,
     "BsdfMetallic": settings(fresnel_type=("F82", "PHYSICAL_CONDUCTOR"), distribution="MULTI_GGX"),

@@ -94,6 +94,8 @@ def attribute_needs(kind: str, name: str) -> Needs:
         return Needs(objects=frozenset({f"{kind.lower()}:{name}"}) if kind != "VIEW_LAYER" else frozenset())
     if name == "generated":
         return Needs(generated=True)
+    if name.rpartition(".")[2] in ("tangent", "tangent_sign"):
+        return Needs(uvs=frozenset({name.rpartition(".")[0]}))
     names = frozenset({"" if name in ("uv", "vertex_color") else name})
     return Needs() if name == "" else Needs(uvs=names, colors=names)
 
