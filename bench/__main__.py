@@ -1,4 +1,4 @@
-"""`python -m bench stages|renders|memory|all`: measure, write JSON, and with `all` docs/numbers.md.
+"""`python -m bench stages|renders|memory|textures|all`: measure, write JSON, and with `all` docs/numbers.md.
 
 `python -m bench page` writes docs/numbers.md from what the last separate measurements left.
 """
@@ -19,7 +19,7 @@ from .shapes import MODELS
 def main() -> None:
     """Parse the command line and measure."""
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
-    parser.add_argument("what", choices=("stages", "renders", "memory", "all", "page"))
+    parser.add_argument("what", choices=("stages", "renders", "memory", "textures", "all", "page"))
     parser.add_argument("--scene", action="append", choices=tuple(MODELS), help="may be repeated")
     parser.add_argument("--sampler", default="independent", help="of `stages`")
     parser.add_argument("--passes", type=int, default=6, help="of `stages`: the best of so many")
@@ -41,12 +41,13 @@ def main() -> None:
 def measured(arguments: argparse.Namespace) -> dict[str, Any]:
     """Everything that was asked for."""
     if arguments.what == "page":
-        parts = (arguments.folder / f"{what}.json" for what in ("stages", "renders", "memory"))
+        parts = (arguments.folder / f"{what}.json" for what in ("stages", "renders", "memory", "textures"))
         found = [json.loads(part.read_text(encoding="utf-8")) for part in parts if part.exists()]
         return {key: value for part in found for key, value in part.items()}
-    blends = made(arguments.folder.resolve(), tuple(arguments.scene or MODELS))
-    results: dict[str, Any] = {"machine": machine.description()}
     every = arguments.what == "all"
+    needs_scenes = every or arguments.what in ("stages", "renders")
+    blends = made(arguments.folder.resolve(), tuple(arguments.scene or MODELS)) if needs_scenes else {}
+    results: dict[str, Any] = {"machine": machine.description()}
     if every or arguments.what == "renders":
         from .renders import renders
 
@@ -60,6 +61,11 @@ def measured(arguments: argparse.Namespace) -> dict[str, Any]:
         from .memory import memory
 
         results["memory"] = memory()
+    if every or arguments.what == "textures":
+        from .textures import textures
+
+        machine.pin()
+        results["textures"] = textures()
     return results
 
 

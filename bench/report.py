@@ -16,7 +16,13 @@ def page(results: Results) -> str:
     """The whole page; sections that were not measured are left out."""
     parts = ["# Numbers\n\nMade by `python -m bench all`; not edited by hand."]
     parts.append(machine_text(results["machine"]))
-    for name, section in (("renders", renders_text), ("stages", stages_text), ("memory", memory_text)):
+    sections = {
+        "renders": renders_text,
+        "stages": stages_text,
+        "memory": memory_text,
+        "textures": textures_text,
+    }
+    for name, section in sections.items():
         if name in results:
             parts.append(section(results[name]))
     return "\n\n".join(parts) + "\n"
@@ -27,6 +33,14 @@ def table(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     header = list(header)
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def textures_text(textures: Results) -> str:
+    """A row an image."""
+    keys = [key for key in next(iter(textures.values())) if key != "decode"]
+    rows = [[n, f"{r['decode']:.2f}", *(f"{r[k]:.0f}" for k in keys)] for n, r in textures.items()]
+    title = "## Textures: an image of 4096 × 4096; seconds to decode it, then nanoseconds a look-up\n\n"
+    return title + table(["image", "decode, s", *keys], rows)
 
 
 def machine_text(machine: Results) -> str:

@@ -34,7 +34,7 @@ def final_render(engine, depsgraph) -> None:
     snapshot = export_scene(depsgraph)
     exported = time.perf_counter()
     engine.update_stats("", "Preparing the scene")
-    prepared = prepare(snapshot, settings.film_transparent)
+    prepared = prepare(snapshot, settings.film_transparent, scene.pt_engine.texture_memory << 20)
     record.coverage = tuple(dict.fromkeys(chain(record.coverage, prepared.coverage)))
     tell_coverage(engine, prepared.coverage, scene.pt_engine.strict)
     if Session.observer.takes_over(prepared, settings):

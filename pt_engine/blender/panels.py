@@ -37,7 +37,12 @@ PROPERTY_PANELS = (
             (OWN, "filter_width"),
         ),
     ),
-    ("performance", "Performance", True, ((RENDER, "threads_mode"), (RENDER, "threads"))),
+    (
+        "performance",
+        "Performance",
+        True,
+        ((RENDER, "threads_mode"), (RENDER, "threads"), (OWN, "texture_memory")),
+    ),
     (
         "simplify",
         "Simplify",

@@ -115,6 +115,15 @@ class PTEngineSettings(bpy.types.PropertyGroup):
         max=10.0,
         subtype="PIXEL",
     )
+    texture_memory: IntProperty(
+        name="Texture Memory",
+        description="Megabytes that image textures may take; 0 for no limit. Images that do not fit are kept "
+        "in a scratch file and read tile by tile: the same picture, made more slowly",
+        default=0,
+        min=0,
+        soft_max=65536,
+        max=1048576,
+    )
     strict: BoolProperty(
         name="Strict",
         description="Refuse to render a scene with anything that is not rendered exactly, and list it",

@@ -16,7 +16,7 @@ from ..core.distributions import AliasTable
 from ..core.uniforms import Uniforms
 from ..scene.snapshot import LightData
 from . import select
-from .base import FAR, NO_BARYCENTRIC, NO_LANES, Draw, Float32, Float64, Hits, Index, Lamp
+from .base import FAR, NO_BARYCENTRIC, NO_LANES, Draw, Float32, Float64, Hits, Index, Lamp, LampShader
 from .environment import Environment
 from .faces import Faces
 from .parts import EnvironmentPart, Part, lamp_parts, traits
@@ -93,6 +93,8 @@ class Lights:
     environment : Environment or None
     scene_radius : float
         Of a sphere around all there is to light: weighs suns and environment against the rest.
+    shaders : sequence of LampShader or None
+        Of each lamp whose node tree varies; () where none does.
     """
 
     def __init__(
@@ -103,10 +105,12 @@ class Lights:
         triangles: TriangleEmitters | None = None,
         environment: Environment | None = None,
         scene_radius: float = 1.0,
+        shaders: Sequence[LampShader | None] = (),
     ) -> None:
         factors = np.ones((len(lamps), 3)) if lamp_strength is None else np.asarray(lamp_strength, np.float64)
         centre, radius = np.asarray(origin, np.float64), max(float(scene_radius), 1e-6)
-        resolved = [_resolve(lamp, factor, centre) for lamp, factor in zip(lamps, factors, strict=True)]
+        shaders = shaders or [None] * len(lamps)
+        resolved = [_resolve(*row, centre) for row in zip(lamps, factors, shaders, strict=True)]
         shining = [lamp for lamp in resolved if select.lamp_power(lamp, radius) > 0.0]
         shining.sort(key=traits)  # stable; equal ones become neighbours
         of_lamps = [select.lamp_power(lamp, radius) for lamp in shining]
@@ -267,10 +271,10 @@ class Lights:
                     yield hits._replace(lanes=lanes.take(hits.lanes))
 
 
-def _resolve(data: LightData, factor: Float64, origin: Float64) -> Lamp:
+def _resolve(data: LightData, factor: Float64, shader: LampShader | None, origin: Float64) -> Lamp:
     """A lamp with its strength and its place."""
     strength = np.asarray(data.color, np.float64) * float(data.power) * factor
-    return Lamp(data, strength, np.asarray(data.matrix, np.float64)[:3, 3] - origin)
+    return Lamp(data, strength, np.asarray(data.matrix, np.float64)[:3, 3] - origin, shader)
 
 
 def _light_sample(draw: Draw, delta: bool, emitter: int | NDArray[np.int32]) -> LightSample:

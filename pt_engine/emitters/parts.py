@@ -46,11 +46,11 @@ def sort_of(lamp: Lamp) -> type[Kind]:
     return POINTS[size] if data.kind == "POINT" else SPOTS[size]
 
 
-def traits(lamp: Lamp) -> tuple[str, str, bool, bool, bool]:
+def traits(lamp: Lamp) -> tuple[str, str, bool, bool, bool, bool]:
     """Lamps with equal traits are sampled together."""
     data = lamp.data
     spread = data.kind == "AREA" and area.has_spread(lamp)
-    return data.kind, sort_of(lamp).__name__, spread, data.use_mis, data.cast_shadow
+    return data.kind, sort_of(lamp).__name__, spread, data.use_mis, data.cast_shadow, lamp.shader is not None
 
 
 class LampPart:
@@ -69,17 +69,26 @@ class LampPart:
         self.delta = kind.delta or not data.use_mis or not data.cast_shadow
         self.camera = tuple(self.sized and bool(x.data.visibility & Visibility.CAMERA) for x in lamps)
         self._shadowless = not data.cast_shadow
+        self._shaders = [lamp.shader for lamp in lamps if lamp.shader is not None]  # of all, or of none
 
     def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
         """Draw from lamp `row[lane]`, or from the only one."""
         draw = self.kind.sample(row, p, u, v)
+        for number, shader in enumerate(self._shaders):
+            lanes = np.arange(u.size) if row is None else np.flatnonzero(row == number)
+            if lanes.size:
+                draw.weight[:, lanes] *= shader.factor(p.take(lanes, axis=1), draw.wo.take(lanes, axis=1))
         return draw._replace(distance=np.full(u.shape, -1.0, np.float32)) if self._shadowless else draw
 
     def hits(self, o: Float32, d: Float32, t: Float32, of_camera: bool) -> Iterator[Hits]:
         """What camera rays, or all others, meet of each lamp."""
         for row in range(self.count):
             if self.camera[row] if of_camera else not self.delta:
-                yield self.kind.hits(row, o, d, t)
+                hits = self.kind.hits(row, o, d, t)
+                if self._shaders and hits.lanes.size:
+                    met = o.take(hits.lanes, axis=1), d.take(hits.lanes, axis=1)
+                    hits = hits._replace(radiance=hits.radiance * self._shaders[row].factor(*met))
+                yield hits
 
 
 def lamp_parts(lamps: Sequence[Lamp], chance: Float64) -> list[LampPart]:

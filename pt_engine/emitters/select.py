@@ -18,7 +18,7 @@ EVEN_SHARE = 0.01
 
 def lamp_power(lamp: Lamp, scene_radius: float) -> float:
     """Watts, mean of the colour channels; 0 for a lamp that gives no light."""
-    strength = float(np.abs(lamp.strength).mean())
+    strength = float(np.abs(lamp.strength).mean()) * (lamp.shader.brightness if lamp.shader else 1.0)
     data = lamp.data
     if not np.isfinite(strength):
         return 0.0

@@ -53,10 +53,13 @@ class Materials:
 
 
 def compile_materials(
-    graphs: Sequence[Graph], images: Sequence[ImageData] = (), ocio_config: str = ""
+    graphs: Sequence[Graph],
+    images: Sequence[ImageData] = (),
+    ocio_config: str = "",
+    textures: TextureStore | None = None,
 ) -> Materials:
-    """Compile `Snapshot.materials`; `images` and `ocio_config` are the snapshot's too."""
-    textures = TextureStore(images, ocio_config)
+    """Compile `Snapshot.materials`; `images` and `ocio_config` are the snapshot's too, or in `textures`."""
+    textures = textures or TextureStore(images, ocio_config)
     coverage: list[Coverage] = []
     members: dict[Plan, list[int]] = {}
     constants: dict[int, list[Float32]] = {}

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..textures import environment
 from ..textures.images import ImageError, Texture
+from ..textures.texture import MISSING
 from .coordinates import coordinates, object_space_normal, position, uv_coordinates
 from .graph import NodeView
 from .ir import COLOR, FLOAT, Value, op
@@ -17,7 +18,6 @@ from .registry import Outputs, node
 from .vector_nodes import unit
 
 Float32 = NDArray[np.float32]
-MISSING = (1.0, 0.0, 1.0)
 
 
 @op(COLOR, FLOAT)
@@ -65,8 +65,8 @@ def image_box(texture: Texture, blend: float, at: Float32, normal: Float32) -> t
             continue
         c, a = texture.sample(*(np.broadcast_to(w, size).take(some) for w in (u, v)))
         share = np.broadcast_to(weight, size).take(some)
-        color[:, some] += share * c
-        alpha[some] += share * a
+        for total, value in zip((*color, alpha), (*c, a), strict=True):
+            total[some] += share * value
     return color, alpha
 
 
@@ -80,22 +80,23 @@ def box_weights(normal: Float32, blend: float) -> Float32:
     n = n / np.maximum(n[0] + n[1] + n[2], np.float32(1e-20))
     limit = 0.5 * (1 + blend)
     out: Float32 = np.zeros_like(n)
-    done = np.zeros(n.shape[1], bool)
+    free = np.ones(n.shape[1], np.float32)  # 1 until a zone is found; floats, which numpy mixes faster
     for a, b, c in ((0, 1, 2), (1, 0, 2), (2, 0, 1)):
-        alone = (n[a] > limit * (n[a] + n[b])) & (n[a] > limit * (n[a] + n[c])) & ~done
-        out[a] += alone
-        done |= alone
+        alone = (n[a] > limit * (n[a] + n[b])) & (n[a] > limit * (n[a] + n[c]))
+        out[a] = alone.astype(np.float32) * free
+        free -= out[a]
     if blend <= 0:
-        out[0] += ~done
+        out[0] += free
         return out
     for a, b, c in ((0, 1, 2), (1, 2, 0), (0, 2, 1)):
-        two = (n[c] < (1 - limit) * (n[a] + n[b])) & ~done
-        share = n[a] / np.maximum(n[a] + n[b], np.float32(1e-20))
-        share = np.clip((share - 0.5 * (1 - blend)) / blend, 0, 1)
-        out[a] += two * share
-        out[b] += two * (1 - share)
-        done |= two
-    out += ~done * (((2 - limit) * n + np.float32(limit - 1)) / np.float32(2 * limit - 1))
+        pair = n[a] + n[b]
+        two = (n[c] < (1 - limit) * pair).astype(np.float32) * free
+        share = n[a] / np.maximum(pair, np.float32(1e-20))
+        share = two * np.clip((share - 0.5 * (1 - blend)) / blend, 0, 1)
+        out[a] += share
+        out[b] += two - share
+        free -= two
+    out += free * (((2 - limit) * n + np.float32(limit - 1)) / np.float32(2 * limit - 1))
     return out
 
 
@@ -108,25 +109,26 @@ def missing(n: NodeView, problem: str) -> Outputs:
     return {"Color": n.constant(MISSING, COLOR), "Alpha": n.constant(1.0, FLOAT)}
 
 
-def texture_of(n: NodeView, extension: str) -> Texture:
-    """The node's image with its filter."""
+def texture_of(n: NodeView, extension: str, first_tile: bool = False) -> Texture:
+    """The node's image with its filter; what is wrong with it is listed."""
     index = n.node.props.get("image")
     if not isinstance(index, int) or isinstance(index, bool):
-        raise ImageError("no image")
+        raise ImageError("no image is set")
     interpolation = str(n.prop("interpolation", "Linear"))
-    return n.reader.textures.texture(index, interpolation, extension, n.wants("Alpha"))
+    texture = n.reader.textures.texture(index, interpolation, extension, n.wants("Alpha"), first_tile)
+    for note in texture.notes:
+        n.ignored(note)
+    return texture
 
 
 @node("TexImage")
 def tex_image(n: NodeView) -> Outputs:
-    if n.node.props.get("image") is None:
-        # Cycles gives black where the node has no image at all, magenta where its file is missing
-        return {"Color": n.constant(0.0, COLOR), "Alpha": n.constant(0.0, FLOAT)}
+    projection = str(n.prop("projection", "FLAT"))
     try:
-        texture = texture_of(n, str(n.prop("extension", "REPEAT")))
+        # a box's six sides are the unit square, so Cycles loads no tile but the first
+        texture = texture_of(n, str(n.prop("extension", "REPEAT")), first_tile=projection == "BOX")
     except ImageError as problem:
         return missing(n, str(problem))
-    projection = str(n.prop("projection", "FLAT"))
     at = coordinates(n, uv_coordinates, ("",))
     if projection == "BOX":
         static: tuple[Any, ...] = (texture, float(n.prop("projection_blend", 0.0)))
@@ -145,8 +147,6 @@ def environment_map(texture: Texture, projection: str, direction: Float32) -> tu
 
 @node("TexEnvironment")
 def tex_environment(n: NodeView) -> Outputs:
-    if n.node.props.get("image") is None:
-        return {"Color": n.constant(0.0, COLOR), "Alpha": n.constant(0.0, FLOAT)}
     try:
         texture = texture_of(n, "REPEAT")
     except ImageError as problem:

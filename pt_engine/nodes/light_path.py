@@ -1,4 +1,4 @@
-"""What a point knows of the ray that found it: Light Path, Light Falloff."""
+"""What a point knows of the ray that found it: Light Path."""
 
 from __future__ import annotations
 
@@ -74,22 +74,3 @@ def light_path(n: NodeView) -> Outputs:
         if f"{kind} Depth" in wanted:
             out[f"{kind} Depth"] = n.call(depth_of_kind, static=(kind.lower(),))
     return out
-
-
-@node("LightFalloff")
-def light_falloff(n: NodeView) -> Outputs:
-    strength, smooth = n.float("Strength", 100.0), n.float("Smooth", 0.0)
-    return {
-        name: n.call(falloff, strength, smooth, static=(power,))
-        for name, power in (("Quadratic", 0), ("Linear", 1), ("Constant", 2))
-        if n.wants(name)
-    }
-
-
-@lane_op(FLOAT)
-def falloff(lanes: Any, power: int, strength: Float32, smooth: Float32) -> Float32:
-    """strength · dᵖ · d²/(smooth + d²), d the distance to the light."""
-    d = lanes.ray_length
-    out = strength * (d**power if power else 1)
-    soft = smooth > 0
-    return out * (soft * d * d + ~soft) / (soft * (smooth + d * d) + ~soft)  # type: ignore[no-any-return]

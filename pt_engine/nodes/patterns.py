@@ -1,4 +1,4 @@
-"""Procedural patterns without noise: Checker, Brick, Gradient, Magic, White Noise; and the sky's stand-in."""
+"""Procedural patterns without noise: Checker, Brick, Gradient, Magic, White Noise."""
 
 from __future__ import annotations
 
@@ -224,32 +224,3 @@ def tex_white_noise(n: NodeView) -> Outputs:
     args = {1: (w,), 2: (x, y), 3: (x, y, z), 4: (x, y, z, w)}[dimensions]
     table = {"Value": white_noise, "Color": white_noise_color}
     return {name: n.call(what, *args) for name, what in table.items() if n.wants(name)}
-
-
-# ------------------------------------------------------------------ Sky
-
-
-@op(COLOR)
-def plain_sky(direction: Float32) -> Float32:
-    """A blue that pales toward the horizon, dark below: no model, only a stand-in of daylight's colour."""
-    z = direction[2] / np.sqrt(np.maximum((direction * direction).sum(axis=0), np.float32(1e-20)))
-    up = np.clip(z, 0, 1) ** np.float32(0.5)
-    ground = (z < 0).astype(np.float32)
-    zenith, horizon, soil = (
-        np.array(c, np.float32)[:, None] for c in ((0.12, 0.26, 0.62), (0.62, 0.75, 0.92), (0.12, 0.11, 0.10))
-    )
-    sky = horizon + up * (zenith - horizon)
-    out: Float32 = sky + ground * (soil - sky)
-    return out
-
-
-@node("TexSky")
-def tex_sky(n: NodeView) -> Outputs:
-    n.approximate("a plain blue gradient without a sun stands in for the sky model")
-    return {"Color": n.call(plain_sky, coordinates(n))}
-
-
-@node("TexIES")
-def tex_ies(n: NodeView) -> Outputs:
-    n.ignored("the lamp's light distribution is left out: it shines evenly")
-    return {"Fac": n.float("Strength", 1.0)}

@@ -48,6 +48,7 @@ def statistics(scene: Scene, settings: RenderSettings, result: RenderResult) -> 
             {"material": c.material, "node": c.node, "state": c.state, "effect": c.effect}
             for c in scene.coverage
         ],
+        "textures": scene.textures.statistics(),
         "triangles": len(scene.geometry.records) - 1,
         "emitters": dict(scene.lights.description.counts),
     }

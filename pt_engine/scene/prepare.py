@@ -8,16 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cameras import make_camera
-from ..core.raykind import RayKind
 from ..core.view import View
-from ..emitters.environment import ConstantEnvironment, Environment, EnvironmentMap, texel_directions
 from ..emitters.lights import Lights
 from ..emitters.triangle import TriangleEmitters
 from ..nodes.compile import Materials, compile_materials
 from ..nodes.coverage import IGNORED, Coverage
-from ..nodes.world import WorldProgram, compile_light, compile_world
+from ..nodes.world import compile_light, compile_world
+from ..textures.images import TextureStore
 from .accel import Accel
-from .arrivals import Arrivals
 from .attributes import (
     Layer,
     attribute_layer,
@@ -30,18 +28,23 @@ from .attributes import (
 )
 from .features import features
 from .geometry import BOUND, Geometry, pack, place
-from .lanes import SkyLanes
+from .lamp_shader import LampShader
 from .scene import Scene
 from .snapshot import CameraData, Snapshot, Visibility
+from .world_light import environment
 
-Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
-DEPENDS_ON_BOUNCE = {"bounce_kind", "depth", "transparent_depth"}
-ENVIRONMENT_HEIGHT = 512  # rows of the importance map; the radiance itself is never baked
 
 
-def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
+def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: int = 0) -> Scene:
     """Compile a snapshot into what integrators render.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+    film_transparent : bool
+    texture_memory : int
+        Bytes that the texels of all images together may take; 0 for no limit.
 
     Raises
     ------
@@ -49,33 +52,38 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False) -> Scene:
         More than 2³¹ triangles.
     """
     started = time.perf_counter()
-    materials = compile_materials(snapshot.materials, snapshot.images, snapshot.ocio_config)
-    world = compile_world(snapshot.world, snapshot.images, snapshot.ocio_config)
+    textures = TextureStore(snapshot.images, snapshot.ocio_config, texture_memory)
+    materials = compile_materials(snapshot.materials, textures=textures)
+    world = compile_world(snapshot.world, textures=textures)
     view = view_of(snapshot.camera)
     placed = place(snapshot)
     accel = Accel(placed.vertices, placed.triangles)
     geometry = pack(snapshot, placed)
     prim, triangles = emissive_triangles(geometry, materials)
-    lamp_programs = [
-        compile_light(lamp.graph, snapshot.images, snapshot.ocio_config) for lamp in snapshot.lights
-    ]
+    lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
     lights = Lights(
         snapshot.lights,
-        np.array([strength for strength, _ in lamp_programs], np.float64).reshape(-1, 3),
+        np.array([program.constant for program in lamp_programs], np.float64).reshape(-1, 3),
         geometry.origin,
         triangles,
         environment(world, view),
         geometry.radius,
+        [
+            LampShader(program.batch, lamp, geometry.origin, geometry.radius, view) if program.batch else None
+            for program, lamp in zip(lamp_programs, snapshot.lights, strict=True)
+        ],
     )
     geometry.release()
     layers = shading_layers(snapshot, geometry, materials)
     scene = Scene(geometry, accel, snapshot.instances, layers, materials, world, lights, film_transparent)
+    textures.release()
+    scene.textures = textures
     scene.emissive_prim = prim
     scene.material_names = tuple(graph.name for graph in snapshot.materials)
     scene.camera, scene.view = make_camera(snapshot.camera, geometry.origin), view
     scene.exposure = snapshot.exposure
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
-    scene.coverage = coverage(snapshot, scene, [entry for _, log in lamp_programs for entry in log])
+    scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
     scene.features = features(snapshot, scene, film_transparent)
     scene.build_seconds = time.perf_counter() - started
     return scene
@@ -105,28 +113,6 @@ def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32,
 def view_of(camera: CameraData) -> View:
     """The camera's space and image."""
     return View(camera.kind, camera.matrix, camera.frame, camera.panorama, camera.fisheye_polynomial)
-
-
-def environment(world: WorldProgram, view: View) -> Environment | None:
-    """The world as an emitter to sample; its brightness is tabulated unless it is constant.
-
-    None for a world that is not the same for all rays that come to it: scattered rays find it.
-    """
-    if not world.emits or world.needs & DEPENDS_ON_BOUNCE:
-        return None
-    if world.constant is not None:
-        return ConstantEnvironment(tuple(world.constant))
-
-    def radiance(d: Float32) -> Float32:
-        came = Arrivals.by(RayKind.DIFFUSE | RayKind.REFLECTION, d.shape[1])
-        return world.emission(SkyLanes(d, came, view))
-
-    height = ENVIRONMENT_HEIGHT
-    d = texel_directions(height, 2 * height)
-    image = np.concatenate(
-        [radiance(np.ascontiguousarray(part)).mean(axis=0) for part in np.array_split(d, 16, axis=1)]
-    )
-    return EnvironmentMap(image.reshape(height, 2 * height), radiance)
 
 
 def shading_layers(

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from ..nodes.coverage import Coverage
     from ..nodes.world import WorldProgram
     from ..render.path_state import PathState
+    from ..textures.images import TextureStore
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -106,6 +107,7 @@ class Scene:
     pixel_angle: float = 1e-3  # width of a pixel at distance 1
     lights_without_shadow: bool
     features: dict[str, str]
+    textures: TextureStore
     coverage: list[Coverage]
     build_seconds: float
     emissive_prim: Int32

@@ -17,6 +17,8 @@ Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Int32: TypeAlias = NDArray[np.int32]
 
+PixelArray: TypeAlias = NDArray[np.float32] | NDArray[np.uint8]
+
 Value: TypeAlias = "float | tuple[float, ...] | str | bool | int | None"
 
 
@@ -69,10 +71,11 @@ class Graph:
 
 @dataclass(frozen=True)
 class ImageData:
-    """An image texture: an encoded file (`encoded`) or decoded pixels, bottom row first.
+    """An image texture: an encoded file (`encoded`), decoded pixels, bottom row first, or UDIM tiles.
 
-    `pixels` is (height, width, 4) float32; `encoded` the file's bytes as uint8 with `suffix` naming
-    the format. Exactly one of them is set, or neither where the file is missing (`problem` says why).
+    `pixels` is (height, width, 4), float32 or uint8; `encoded` the file's bytes as uint8 with `suffix` naming
+    the format; `tiles` pairs of a tile's number (1001 ...) and the index of its image in `Snapshot.images`.
+    Exactly one of them is set, or none where the file is missing (`problem` says why).
     """
 
     name: str
@@ -80,8 +83,10 @@ class ImageData:
     alpha_mode: str = "STRAIGHT"  # STRAIGHT, PREMUL, CHANNEL_PACKED, NONE
     encoded: NDArray[np.uint8] | None = None
     suffix: str = ""
-    pixels: Float32 | None = None
+    pixels: PixelArray | None = None
     problem: str = ""
+    tiles: tuple[tuple[int, int], ...] = ()
+    as_rgba: bool = False  # a packed file: Blender makes RGBA of grey before alpha is associated
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,12 @@ import numpy as np
 
 from . import snapshot as data
 
-ARRAYS: dict[str, type[np.generic]] = {
-    "Float32": np.float32,
-    "Float64": np.float64,
-    "Int32": np.int32,
-    "NDArray[np.uint8]": np.uint8,
+ARRAYS: dict[str, tuple[str, ...]] = {
+    "Float32": ("float32",),
+    "Float64": ("float64",),
+    "Int32": ("int32",),
+    "NDArray[np.uint8]": ("uint8",),
+    "PixelArray": ("float32", "uint8"),
 }
 SCALARS: dict[str, tuple[type, ...]] = {"str": (str,), "bool": (bool,), "int": (int,), "float": (float, int)}
 CLASSES: dict[str, type] = {
@@ -52,7 +53,7 @@ def check(snapshot: object) -> data.Snapshot:
         if graph is not None:
             check_graph(graph, len(snapshot.images))
     for image in snapshot.images:
-        check_image(image)
+        check_image(image, snapshot.images)
     for light in snapshot.lights:
         shape(light.matrix, (4, 4), "a lamp's matrix")
     shape(snapshot.camera.matrix, (4, 4), "the camera's matrix")
@@ -92,8 +93,8 @@ def check_value(value: Any, kind: str, where: str) -> None:
             return
         kind = kind.removesuffix(" | None")
     if kind in ARRAYS:
-        fits = isinstance(value, np.ndarray) and value.dtype == ARRAYS[kind]
-        require(fits, f"{where} is no array of {ARRAYS[kind].__name__}")
+        fits = isinstance(value, np.ndarray) and value.dtype.name in ARRAYS[kind]
+        require(fits, f"{where} is no array of {' or '.join(ARRAYS[kind])}")
     elif kind in SCALARS:
         require(type(value) in SCALARS[kind], f"{where} is a {type(value).__name__}")
     elif kind in CLASSES:
@@ -218,10 +219,14 @@ def check_graph(graph: data.Graph, images: int) -> None:
         require(0 <= link.node < len(graph.nodes), f"{graph.name}: an output has no node")
 
 
-def check_image(image: data.ImageData) -> None:
-    """Pixels or a file, not both."""
-    require(image.pixels is None or image.encoded is None, f"image {image.name} has pixels and a file")
+def check_image(image: data.ImageData, images: tuple[data.ImageData, ...]) -> None:
+    """Pixels, a file or tiles, not several of them; tiles that exist and have none of their own."""
+    kinds = [image.pixels is not None, image.encoded is not None, len(image.tiles) > 0]
+    require(sum(kinds) <= 1, f"image {image.name} is several things at once")
     if image.pixels is not None:
         shape(image.pixels, (None, None, 4), f"image {image.name}")
     if image.encoded is not None:
         shape(image.encoded, (None,), f"image {image.name}")
+    for number, index in image.tiles:
+        known = 0 <= index < len(images) and not images[index].tiles
+        require(known and 1001 <= number <= 2000, f"image {image.name}: tile {number} is missing")

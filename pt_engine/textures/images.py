@@ -1,14 +1,9 @@
-"""Image textures: decoded once, kept as bytes where that is all the file holds.
-
-As in Cycles, colour is multiplied by alpha before it is filtered, and 8-bit sRGB stays encoded until
-after filtering. `Texture.sample` undoes both.
-"""
+"""The images of a snapshot: decoded once, kept in the file's number format, shared by all nodes."""
 
 from __future__ import annotations
 
-import os
-import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,69 +12,61 @@ from numpy.typing import NDArray
 
 from ..scene.snapshot import ImageData
 from . import colorspace, lookup
-from .oiio import openimageio
+from .conform import conform
+from .memory import pools
+from .reading import Header, ImageError, OpenFile, OpenPixels
+from .texels import LARGEST, Texels, Whole, texel_bytes
+from .texture import FIRST_TILE, Picture, Texture, Udim
+from .tiles import BAND, Tiled
 
-Float32 = NDArray[np.float32]
-UInt8 = NDArray[np.uint8]
+__all__ = ["ImageError", "Texture", "TextureStore"]
 
-
-class ImageError(Exception):
-    """An image that cannot be used; the message says why."""
+Array = NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)
 class Pixels:
-    """A decoded image: texels for `lookup.Grid`, and whether they are still sRGB-encoded."""
-
-    texels: lookup.Texels
-    width: int
-    height: int
-    encoded: bool
-
-
-@dataclass(frozen=True, eq=False)
-class Texture:
-    """An image with its filter.
+    """A decoded image.
 
     Attributes
     ----------
-    unassociate : bool
-        Divide colour by alpha after filtering (a node does so where its alpha is used too).
+    encoded : bool
+        The texels are sRGB-encoded.
+    without_alpha : bool
+        The file has one channel.
+    notes : tuple of str
+        What could not be done as the file asks for.
     """
 
-    grid: lookup.Grid
-    interpolation: str
+    texels: Texels
     encoded: bool
-    unassociate: bool
-
-    def sample(self, u: Float32, v: Float32) -> tuple[Float32, Float32]:
-        """Scene-linear colour (3, n) and alpha (n,) at uv."""
-        if self.interpolation == "Closest":
-            rgba = self.grid.closest(u, v)
-        elif self.interpolation in ("Cubic", "Smart"):
-            rgba = self.grid.cubic(u, v)
-        else:
-            rgba = self.grid.linear(u, v)
-        color, alpha = rgba[:3], rgba[3]
-        if self.unassociate:
-            divisible = alpha != 0
-            color = color / (alpha + ~divisible)
-        if self.encoded:
-            color = colorspace.srgb_to_linear(color)
-        return color, alpha
+    without_alpha: bool
+    notes: tuple[str, ...] = ()
 
 
 class TextureStore:
-    """The images of a snapshot, decoded when first asked for."""
+    """The images of a snapshot, decoded when first asked for.
 
-    def __init__(self, images: Sequence[ImageData], ocio_config: str = "") -> None:
-        self.images = images
+    Parameters
+    ----------
+    images : sequence of ImageData
+    ocio_config : str
+        Path of an OpenColorIO config; "" for OpenImageIO's own.
+    limit : int
+        Bytes that all texels together may take in memory; 0 for no limit.
+    """
+
+    def __init__(self, images: Sequence[ImageData], ocio_config: str = "", limit: int = 0) -> None:
+        self.images, self.limit = images, limit
         self._converter = colorspace.Converter(ocio_config)
         self._pixels: dict[int, Pixels | ImageError] = {}
         self._textures: dict[tuple[int, str, str, bool], Texture] = {}
+        self._pools: dict[int, int] | None = None
 
-    def texture(self, index: int, interpolation: str, extension: str, alpha_used: bool) -> Texture:
-        """Image number `index` with a filter.
+    def texture(
+        self, index: int, interpolation: str, extension: str, alpha_used: bool, first_tile: bool = False
+    ) -> Texture:
+        """Image number `index` with a filter; of a UDIM all its tiles, or with `first_tile` only 1001.
 
         Raises
         ------
@@ -89,20 +76,40 @@ class TextureStore:
         if not 0 <= index < len(self.images):
             raise ImageError("no image")
         image = self.images[index]
+        if image.tiles:
+            tiles = [(k, i) for k, i in image.tiles if k == FIRST_TILE or not first_tile]
+            return self._udim(tiles, interpolation, extension, alpha_used)
         associated = not colorspace.is_data(image.colorspace)
         unassociate = alpha_used and associated and image.alpha_mode not in ("CHANNEL_PACKED", "NONE")
         extension = extension if extension in lookup.WRAPS else lookup.REPEAT
         key = (index, interpolation, extension, unassociate)
         if key not in self._textures:
-            pixels = self._decoded(index)
-            grid = lookup.Grid(pixels.texels, pixels.width, pixels.height, extension)
-            self._textures[key] = Texture(grid, interpolation, pixels.encoded, unassociate)
+            p = self._decoded(index)
+            grid = lookup.Grid(p.texels, extension)
+            picture = Picture(grid, interpolation, p.encoded, unassociate, p.without_alpha, p.notes)
+            self._textures[key] = picture
         return self._textures[key]
+
+    def _udim(self, numbered: Sequence[tuple[int, int]], *settings: Any) -> Udim:
+        tiles: dict[int, Texture | None] = {}
+        notes = []
+        for number, index in numbered:
+            try:
+                tiles[number] = self.texture(index, *settings)
+            except ImageError as problem:
+                tiles[number] = None
+                notes.append(f"{problem}: tile {number} is magenta")
+        return Udim(tiles, tuple(notes))
+
+    def tallest(self, indices: Iterable[object]) -> int:
+        """Rows of the tallest of some images, as far as they were asked for; 0 for none."""
+        known = (self._pixels.get(index) for index in indices if isinstance(index, int))
+        return max((p.texels.height for p in known if isinstance(p, Pixels)), default=0)
 
     def _decoded(self, index: int) -> Pixels:
         if index not in self._pixels:
             try:
-                self._pixels[index] = decode(self.images[index], self._converter)
+                self._pixels[index] = decode(self.images[index], self._converter, self._pool(index))
             except ImageError as problem:
                 self._pixels[index] = problem
         known = self._pixels[index]
@@ -110,112 +117,104 @@ class TextureStore:
             raise known
         return known
 
+    def _pool(self, index: int) -> int | None:
+        """Bytes of an image's pool of tiles; None where it is held whole."""
+        if not self.limit:
+            return None
+        if self._pools is None:
+            sizes = {k: size_of(image, self._converter) for k, image in enumerate(self.images)}
+            self._pools = pools(sizes, self.limit)
+        return self._pools.get(index)
 
-def decode(image: ImageData, converter: colorspace.Converter) -> Pixels:
-    """Texels of an image, alpha-associated and, unless 8-bit sRGB, scene-linear."""
-    raw = read(image)
-    height, width = raw.shape[:2]
-    if width == 0 or height == 0:
-        raise ImageError(f"{image.name}: empty")
-    raw = associate(raw, image)
-    if raw.dtype == np.uint8 and (image.colorspace in colorspace.SRGB or _same_numbers(image.colorspace)):
-        packed = lookup.pack(raw.reshape(-1, 4))
-        return Pixels(packed, width, height, image.colorspace in colorspace.SRGB)
-    rgba = raw.astype(np.float32) / np.float32(255) if raw.dtype == np.uint8 else raw
+    def release(self) -> None:
+        """Let go of the encoded files: what is decoded is all that is needed now."""
+        self.images = ()
+
+    def statistics(self) -> dict[str, int]:
+        """What the textures take, for stats.json."""
+        texels = [p.texels for p in self._pixels.values() if isinstance(p, Pixels)]
+        tiled = [t for t in texels if isinstance(t, Tiled)]
+        whole = sum(t.stored for t in texels if not isinstance(t, Tiled))
+        return {
+            "count": len(texels),
+            "missing": len(self._pixels) - len(texels),
+            "bytes": whole + sum(t.resident for t in tiled),
+            "limit_bytes": self.limit,
+            "full_bytes": sum(t.stored for t in texels),
+            "tiled": len(tiled),
+            "tile_reads": sum(t.reads for t in tiled),
+            "tile_evictions": sum(t.evictions for t in tiled),
+        }
+
+
+def size_of(image: ImageData, converter: colorspace.Converter) -> int:
+    """Bytes of an image's texels, as far as its header tells; 0 where it cannot be read."""
     try:
-        rgba = converter.to_linear(rgba, image.colorspace)
-    except ValueError as problem:
-        raise ImageError(f"{image.name}: {problem}") from problem
-    bad = ~np.isfinite(rgba).all(axis=-1)
-    if bad.any():
-        rgba = rgba.copy()
-        rgba[bad] = 0
-    return Pixels(np.ascontiguousarray(rgba.reshape(-1, 4), np.float32), width, height, False)
+        with closing(opened(image)) as file:
+            head = file.header
+    except ImageError:
+        return 0
+    form = kept_format(head, space(image, converter)[0])
+    return head.width * head.height * texel_bytes(form, kept_channels(head, image))
 
 
-def _same_numbers(name: str) -> bool:
-    return not name or colorspace.is_data(name) or name in colorspace.LINEAR
+def opened(image: ImageData) -> OpenFile | OpenPixels:
+    """An image's header and rows.
 
-
-def associate(rgba: NDArray[Any], image: ImageData) -> NDArray[Any]:
-    """Multiply colour by alpha where the image's alpha mode says that it is not yet."""
-    if image.alpha_mode == "NONE":
-        out = rgba.copy()
-        out[..., 3] = 255 if rgba.dtype == np.uint8 else 1
-        return out
-    if image.alpha_mode != "STRAIGHT" or colorspace.is_data(image.colorspace):
-        return rgba
-    alpha = rgba[..., 3:]
-    if (alpha == (255 if rgba.dtype == np.uint8 else 1)).all():
-        return rgba
-    out = rgba.copy()
-    if rgba.dtype == np.uint8:
-        out[..., :3] = (rgba[..., :3].astype(np.uint16) * alpha) // 255
-    else:
-        out[..., :3] = rgba[..., :3] * alpha
-    return out
-
-
-def read(image: ImageData) -> NDArray[Any]:
-    """(H, W, 4) uint8 or float32, bottom row first, as the file has it."""
+    Raises
+    ------
+    ImageError
+    """
     if image.pixels is not None:
-        return _as_bytes(image.pixels) if image.colorspace in colorspace.SRGB else image.pixels
+        return OpenPixels(image.pixels, image.name)
     if image.encoded is None:
         raise ImageError(f"{image.name}: {image.problem or 'the file is missing'}")
-    path = _temporary_file(image.encoded, image.suffix)
+    return OpenFile(image.encoded, image.suffix, image.name)
+
+
+def kept_format(head: Header, kind: str) -> np.dtype[Any]:
+    """The number format of the texels: integers of a converted space become half floats."""
+    converted = kind == colorspace.NAMED and head.dtype.kind == "u"
+    return np.dtype(np.float16) if converted else head.dtype
+
+
+def kept_channels(head: Header, image: ImageData) -> int:
+    """Channels of the texels: 1 or 4."""
+    return 4 if image.as_rgba or head.channels > 1 else 1
+
+
+def space(image: ImageData, converter: colorspace.Converter) -> tuple[str, tuple[str, ...]]:
+    """Kind of an image's colour space, and a note where it is not known: Cycles takes it as linear."""
     try:
-        return _read_file(path, image.name)
-    finally:
-        os.unlink(path)
+        return converter.kind(image.colorspace), ()
+    except colorspace.UnknownSpace as problem:
+        return colorspace.LINEAR, (f"{problem}: taken as scene-linear",)
 
 
-def _as_bytes(pixels: Float32) -> NDArray[Any]:
-    """Pixels back as the bytes they were made of, where they were (painted and generated images)."""
-    scaled = np.nan_to_num(pixels) * np.float32(255)
-    rounded = np.round(scaled)
-    whole = (np.abs(scaled - rounded) < 0.01).all() and rounded.min() >= 0 and rounded.max() <= 255
-    return rounded.astype(np.uint8) if whole else pixels
+def decode(image: ImageData, converter: colorspace.Converter, pool: int | None = None) -> Pixels:
+    """Texels of an image, held whole or, with the bytes of a `pool`, as tiles.
 
+    Raises
+    ------
+    ImageError
+    """
+    kind, notes = space(image, converter)
 
-def _temporary_file(data: UInt8, suffix: str) -> str:
-    suffix = "".join(c for c in suffix if c.isalnum())
-    handle, path = tempfile.mkstemp(suffix=f".{suffix}" if suffix else "")
-    with os.fdopen(handle, "wb") as file:
-        file.write(data.tobytes())
-    return path
+    def rows(file: OpenFile | OpenPixels, count: int) -> Iterator[tuple[int, Array]]:
+        for low, raw in file.bands(count):
+            yield low, conform(raw, image.alpha_mode, kind, image.colorspace, converter, image.as_rgba)
 
-
-def _read_file(path: str, name: str) -> NDArray[Any]:
-    try:
-        oiio = openimageio()
-    except RuntimeError as problem:
-        raise ImageError(f"{name}: {problem}") from problem
-    config = oiio.ImageSpec()
-    config.attribute("oiio:UnassociatedAlpha", 1)
-    file = oiio.ImageInput.open(path, config)
-    if file is None:
-        raise ImageError(f"{name}: {oiio.geterror().strip() or 'cannot be read'}".replace(path, name))
-    try:
-        spec = file.spec()
-        kind = oiio.UINT8 if str(spec.format) == "uint8" else oiio.FLOAT
-        channels = min(spec.nchannels, 4)
-        data = file.read_image(0, 0, 0, channels, kind)
-        reason = file.geterror().strip()
-    finally:
-        file.close()
-    if data is None:
-        raise ImageError(f"{name}: {reason or 'cannot be read'}".replace(path, name))
-    dtype = np.uint8 if kind == oiio.UINT8 else np.float32
-    return to_rgba(np.asarray(data, dtype).reshape(spec.height, spec.width, channels)[::-1])
-
-
-def to_rgba(data: NDArray[Any]) -> NDArray[Any]:
-    """(H, W, C) with 1 (grey), 2 (grey, alpha), 3 or 4 channels as RGBA."""
-    height, width, channels = data.shape
-    if channels == 4:
-        return np.ascontiguousarray(data)
-    out = np.empty((height, width, 4), data.dtype)
-    out[..., :3] = data[..., :1] if channels < 3 else data
-    opaque = 255 if data.dtype == np.uint8 else 1
-    out[..., 3] = data[..., 1] if channels == 2 else opaque
-    return out
+    with closing(opened(image)) as file:
+        if file.has_mip_maps:
+            notes += (f"{image.name}: looked up in full size, not in its mip maps",)
+        head = file.header
+        form = kept_format(head, kind)
+        channels = kept_channels(head, image)
+        bands = rows(file, BAND if kind != colorspace.NAMED else 8 * BAND)  # each reads the config anew
+        texels: Texels
+        if pool is None and head.width * head.height <= LARGEST:
+            texels = Whole(head.width, head.height, form, channels, bands)
+        else:
+            room = head.width * head.height * texel_bytes(form, channels) if pool is None else pool
+            texels = Tiled(head.width, head.height, form, channels, bands, room)
+    return Pixels(texels, kind == colorspace.SRGB, head.channels == 1 and not image.as_rgba, notes)

@@ -1,8 +1,8 @@
 """Looking up an image at uv coordinates: closest, linear and cubic, and what lies past its edges.
 
-Texels are rows of RGBA, bottom row first, centre of texel (i, j) at ((i + ½)/width, (j + ½)/height). They
-are float32, or bytes that stay bytes (packed as one uint32, a quarter of the memory, one gather for all
-four channels). The filters are Cycles': linear between texel centres, and the cubic B-spline.
+The centre of texel (i, j) is at ((i + ½)/width, (j + ½)/height), bottom row first. The filters are Cycles':
+linear between texel centres, and the cubic B-spline. Both are products of a filter of columns and one of
+rows: each is a list of (index, weight), and a weight is 0 outside of an image that is clipped.
 """
 
 from __future__ import annotations
@@ -13,20 +13,24 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from .texels import Texels
+
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
-Texels = NDArray[np.float32] | NDArray[np.uint32]
 Wrap = Callable[[Int32, int], Int32]
+Taps = list[tuple[NDArray[Any], Float32]]
 
 REPEAT: Final = "REPEAT"
 EXTEND: Final = "EXTEND"
 CLIP: Final = "CLIP"
 MIRROR: Final = "MIRROR"
+FARTHEST: Final = np.float32(2**30)  # texels; past it there is nothing to see but the rounding of uv
 
 
 def wrap_repeat(i: Int32, size: int) -> Int32:
-    """i mod size; by division, which numpy does in SIMD, and the remainder not."""
-    wrapped: Int32 = i - i // np.int32(size) * np.int32(size)
+    """i mod size, by bits or by division: numpy does both in SIMD, and the remainder not."""
+    power_of_two = size & (size - 1) == 0
+    wrapped: Int32 = i & np.int32(size - 1) if power_of_two else i - i // np.int32(size) * np.int32(size)
     return wrapped
 
 
@@ -37,9 +41,9 @@ def wrap_extend(i: Int32, size: int) -> Int32:
 
 def wrap_mirror(i: Int32, size: int) -> Int32:
     """Back and forth: ... 1 0 | 0 1 ... n−1 | n−1 n−2 ..."""
-    m = i % np.int32(2 * size)
-    out: Int32 = np.minimum(m, np.int32(2 * size - 1) - m)
-    return out
+    m = wrap_repeat(i, 2 * size)
+    mirrored: Int32 = np.minimum(m, np.int32(2 * size - 1) - m)
+    return mirrored
 
 
 WRAPS: Final[dict[str, Wrap]] = {
@@ -50,23 +54,27 @@ WRAPS: Final[dict[str, Wrap]] = {
 }
 
 
-def pack(rgba: NDArray[np.uint8]) -> NDArray[np.uint32]:
-    """(K, 4) bytes as (K,) uint32, red in the lowest byte."""
-    wide = rgba.astype(np.uint32)
-    packed: NDArray[Any] = wide[:, 0] | wide[:, 1] << 8 | wide[:, 2] << 16 | wide[:, 3] << 24
-    return packed
+def near(x: Float32) -> Float32:
+    """Coordinates in texels that int32 can hold; NaN counts as the farthest."""
+    if np.min(x, initial=0) >= -FARTHEST and np.max(x, initial=0) <= FARTHEST:  # false with NaN
+        return x
+    return np.fmin(np.fmax(x, -FARTHEST), FARTHEST)
 
 
-def gather(texels: Texels, index: Int32) -> Float32:
-    """(4, n) float32 of the texels at `index`; bytes come out in [0, 1]."""
-    got: NDArray[Any] = texels.take(index, axis=0, mode="clip")
-    if got.dtype == np.float32:
-        return np.ascontiguousarray(got.T, np.float32)
-    out = np.empty((4, len(got)), np.float32)
-    for channel in range(4):
-        out[channel] = (got >> (8 * channel)) & 255
-    out *= np.float32(1 / 255)
-    return out
+def containing(x: Float32) -> Int32:
+    """Number of the texel that holds a point; the left end of a negative one belongs to its neighbour."""
+    x = near(x)
+    number = x.astype(np.int32)
+    number -= x < 0
+    return number
+
+
+def split(x: Float32) -> tuple[Int32, Float32]:
+    """Number of the last texel whose centre is not past `x`, and how far past it we are."""
+    x = near(x - np.float32(0.5))
+    low = np.floor(x)
+    x -= low
+    return low.astype(np.int32), x
 
 
 class Grid:
@@ -74,75 +82,80 @@ class Grid:
 
     Parameters
     ----------
-    texels : (height·width, 4) float32, or (height·width,) uint32 of packed bytes
-    width, height : int
+    texels : Texels
     extension : str
         REPEAT, EXTEND, CLIP (transparent black outside) or MIRROR.
     """
 
-    def __init__(self, texels: Texels, width: int, height: int, extension: str) -> None:
-        self.texels, self.width, self.height, self.extension = texels, width, height, extension
+    def __init__(self, texels: Texels, extension: str) -> None:
+        self.texels, self.extension = texels, extension
         self._wrap = WRAPS[extension]
 
-    def texel(self, i: Int32, j: Int32) -> Float32:
-        """(4, n) texels at column i, row j, whichever side of the edge they are on."""
-        column, row = self._wrap(i, self.width), self._wrap(j, self.height) * np.int32(self.width)
-        return self._seen(gather(self.texels, row + column), i, j)
+    def closest(self, u: Float32, v: Float32) -> tuple[Float32, Float32 | None]:
+        """(channels, n) of the texel that contains the point, and how much of it is inside of the image.
 
-    def _seen(self, got: Float32, i: Int32, j: Int32) -> Float32:
-        """Nothing, outside of an image that is clipped."""
-        if self.extension == CLIP:
-            got *= (i >= 0) & (i < self.width) & (j >= 0) & (j < self.height)
-        return got
+        The second is None where nothing is outside.
+        """
+        texels = self.texels
+        i = containing(u * np.float32(texels.width))
+        j = containing(v * np.float32(texels.height))
+        row = texels.row(self._wrap(j, texels.height))
+        out = texels.at(row + texels.column(self._wrap(i, texels.width)))
+        out *= texels.scale
+        if self.extension != CLIP:
+            return out, None
+        inside = (self._inside(i, texels.width) & self._inside(j, texels.height)).astype(np.float32)
+        out *= inside
+        return out, inside
 
-    def split(self, u: Float32, size: int, offset: float) -> tuple[Int32, Float32]:
-        """Texel number below coordinate `u`, and how far above it we are; NaN counts as 0."""
-        if self.extension == REPEAT:
-            u = u - np.floor(u)
-        elif self.extension == MIRROR:
-            u = u - 2 * np.floor(u * 0.5)
-        x = u * np.float32(size) + np.float32(offset)
-        x = np.fmin(np.fmax(x, np.float32(-4)), np.float32(2 * size + 4))
-        low = np.floor(x)
-        return low.astype(np.int32), x - low
+    def linear(self, u: Float32, v: Float32) -> tuple[Float32, Float32 | None]:
+        """Bilinear between texel centres; see `closest`."""
+        i, s = split(u * np.float32(self.texels.width))
+        j, t = split(v * np.float32(self.texels.height))
+        return self._filtered(i, (1 - s, s), j, (1 - t, t))
 
-    def closest(self, u: Float32, v: Float32) -> Float32:
-        """(4, n) of the texel that contains the point."""
-        i, _ = self.split(u, self.width, 0.0)
-        j, _ = self.split(v, self.height, 0.0)
-        return self.texel(i, j)
+    def cubic(self, u: Float32, v: Float32) -> tuple[Float32, Float32 | None]:
+        """Bicubic B-spline; see `closest`."""
+        i, s = split(u * np.float32(self.texels.width))
+        j, t = split(v * np.float32(self.texels.height))
+        return self._filtered(i - 1, bspline(s), j - 1, bspline(t))
 
-    def linear(self, u: Float32, v: Float32) -> Float32:
-        """(4, n) bilinear between texel centres."""
-        i, s = self.split(u, self.width, -0.5)
-        j, t = self.split(v, self.height, -0.5)
-        columns = [(k, self._wrap(k, self.width)) for k in (i, i + 1)]
-        lines = []
-        for k in (j, j + 1):
-            row = self._wrap(k, self.height) * np.int32(self.width)
-            left, right = (self._seen(gather(self.texels, row + c), x, k) for x, c in columns)
-            right -= left
-            right *= s
-            left += right
-            lines.append(left)
-        low, high = lines
-        high -= low
-        high *= t
-        low += high
-        return low
+    def _filtered(
+        self, i: Int32, across: tuple[Float32, ...], j: Int32, up: tuple[Float32, ...]
+    ) -> tuple[Float32, Float32 | None]:
+        """Sum over columns i, i + 1 ... and rows j, j + 1 ... with their weights."""
+        texels = self.texels
+        columns, within = self._taps(i, across, texels.width, texels.column)
+        rows, within_rows = self._taps(j, up, texels.height, texels.row)
+        out = np.zeros((texels.channels, len(i)), np.float32)
+        for row, v in rows:
+            for column, u in columns:
+                part = texels.at(row + column)
+                part *= v * u
+                out += part
+        out *= texels.scale
+        return out, None if within is None or within_rows is None else within * within_rows
 
-    def cubic(self, u: Float32, v: Float32) -> Float32:
-        """(4, n) bicubic B-spline."""
-        i, s = self.split(u, self.width, -0.5)
-        j, t = self.split(v, self.height, -0.5)
-        out = np.zeros((4, u.shape[-1]), np.float32)
-        columns, rows = bspline(s), bspline(t)
-        for b, row in enumerate(rows):
-            line = np.zeros_like(out)
-            for a, column in enumerate(columns):
-                line += column * self.texel(i + (a - 1), j + (b - 1))
-            out += row * line
-        return out
+    def _taps(
+        self, first: Int32, weights: tuple[Float32, ...], size: int, part: Callable[[Any], Any]
+    ) -> tuple[Taps, Float32 | None]:
+        """Address parts and weights along an axis, and the sum of the weights where it is not 1."""
+        taps: Taps = []
+        clipped = self.extension == CLIP
+        for k, weight in enumerate(weights):
+            index = first + np.int32(k)
+            inside = weight * self._inside(index, size).astype(np.float32) if clipped else weight
+            taps.append((part(self._wrap(index, size)), inside))
+        if not clipped:
+            return taps, None
+        total = taps[0][1].copy()
+        for _, weight in taps[1:]:
+            total += weight
+        return taps, total
+
+    @staticmethod
+    def _inside(i: Int32, size: int) -> NDArray[np.bool_]:
+        return (i >= 0) & (i < size)
 
 
 def bspline(t: Float32) -> tuple[Float32, Float32, Float32, Float32]:

@@ -116,7 +116,8 @@ def test_painted_images_travel_as_pixels():
     pixels = np.random.default_rng(1).integers(0, 256, (2, 3, 4)).astype(np.float32) / 255
     image.pixels.foreach_set(pixels.ravel())
     data, _ = export_image(image)
-    np.testing.assert_allclose(data.pixels, pixels, atol=1e-6)
+    np.testing.assert_array_equal(data.pixels, np.rint(pixels * 255))
+    assert data.pixels.dtype == np.uint8
     assert (data.encoded, data.colorspace) == (None, "sRGB")
 
 
@@ -125,7 +126,7 @@ def test_float_images_are_linear_already():
     image.pixels.foreach_set(np.full(16, 3.5, np.float32))
     data, _ = export_image(image)
     assert data.pixels.max() == 3.5
-    assert data.colorspace == "Linear Rec.709"
+    assert data.colorspace == "scene_linear"
 
 
 def test_a_missing_file_says_so(tmp_path):
@@ -137,12 +138,18 @@ def test_a_missing_file_says_so(tmp_path):
     assert unsupported == [("Image gone.png", data.problem, "rendered pink")]
 
 
-def test_first_tile_of_a_udim(tmp_path):
-    first = image_file(tmp_path / "tile.1001.png", np.ones((2, 2, 4)))
-    first.source, first.filepath = "TILED", str(tmp_path / "tile.<UDIM>.png")
-    data, unsupported = export_image(first)
-    assert data.encoded.tobytes() == (tmp_path / "tile.1001.png").read_bytes()
-    assert unsupported[0][1] == "UDIM tiles"
+def test_tiles_of_a_udim_are_images_of_their_own(tmp_path):
+    image = image_file(tmp_path / "tile.1001.png", np.ones((2, 2, 4)))
+    image.source, image.filepath = "TILED", str(tmp_path / "tile.<UDIM>.png")
+    image.tiles.new(1002)  # of which there is no file
+    unsupported = []
+    table = ImageTable(unsupported)
+    udim = table.images[table.index(image)]
+    (first, k), (second, missing) = udim.tiles
+    assert (first, second) == (1001, 1002)
+    assert table.images[k].encoded.tobytes() == (tmp_path / "tile.1001.png").read_bytes()
+    assert "tile.1002.png" in table.images[missing].problem
+    assert unsupported == [(f"Image {image.name}, tile 1002", table.images[missing].problem, "rendered pink")]
 
 
 def test_the_frame_of_a_sequence(scene, tmp_path):

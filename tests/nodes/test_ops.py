@@ -33,6 +33,7 @@ BOTH = (False, True)
 DIMENSIONS = ("1D", "2D", "3D", "4D")
 CURVES = tuple(tuple(np.linspace(0, 1, 8).tolist()) for _ in range(3))
 RAMPS = [("RGB", kind, ((0.1, 0, 0, 0, 1), (0.9, 1, 1, 1, 0.5))) for kind in ("LINEAR", "CONSTANT")]
+CANDLE = "IESNA\nTILT=NONE\n1 100 1 3 1 1 1 0 0 0 1 1 5\n0 90 180\n0\n3 2 1\n"
 SPACES = ("TANGENT", "OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD")
 MAPPING = {
     "mapping_x": "Y",
@@ -120,6 +121,8 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
         projection_blend=0.3,
     ),
     "TexEnvironment": settings(image=0, projection=("EQUIRECTANGULAR", "MIRROR_BALL")),
+    "TexSky": settings(sky_type=("SINGLE_SCATTERING", "MULTIPLE_SCATTERING", "PREETHAM")),
+    "TexIES": settings(ies_text=("", CANDLE)),
     "NormalMap": settings(space=SPACES, convention=("OPENGL", "DIRECTX")),
     "Bump": settings(invert=BOTH),
     "Displacement": settings(space=("OBJECT", "WORLD")),

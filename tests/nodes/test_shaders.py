@@ -124,7 +124,7 @@ def test_a_varying_world_depends_on_direction():
 
 
 def test_a_lamp_tree_folds_to_its_factor():
-    factor, coverage = compile_light(shader("Emission", Color=rgba((1, 0.5, 0)), Strength=3.0))
+    factor, coverage, _ = compile_light(shader("Emission", Color=rgba((1, 0.5, 0)), Strength=3.0))
     np.testing.assert_allclose(factor, [3, 1.5, 0])
     assert [entry.state for entry in coverage] == ["exact"]
     assert compile_light(None)[0].tolist() == [1, 1, 1]

@@ -56,6 +56,8 @@ def small_snapshot():
         data.ImageData("file", encoded=np.frombuffer(b"\x89PNG", np.uint8), suffix=".png"),
         data.ImageData("pixels", pixels=rng.random((2, 3, 4), np.float32)),
         data.ImageData("gone", problem="no such file"),
+        data.ImageData("bytes", pixels=rng.integers(0, 256, (2, 3, 4), np.uint8)),
+        data.ImageData("udim", tiles=((1001, 0), (1012, 2)), as_rgba=True),
     )
     lights = (data.LightData("POINT", "Lamp", np.eye(4), 10.0, graph=graph("Lamp")),)
     camera = data.CameraData("PANO", np.eye(4), (-1.0, 1.0, -0.5, 0.5), panorama="MIRRORBALL")
@@ -204,6 +206,10 @@ def test_unchanged_repacking_loads():
         set_in("world", "Graph", "outputs", {"dict": [["Surface", {"link": [7, "BSDF"]}]]}),
         set_in("world", "Graph", "outputs", {"dict": [["Surface", {"link": [-1, "BSDF"]}]]}),
         set_in("world", "Graph", "name", {"dict": []}),
+        set_in("images", "tuple", 4, "ImageData", "tiles", {"tuple": [{"tuple": [1001, 4]}]}),  # itself
+        set_in("images", "tuple", 4, "ImageData", "tiles", {"tuple": [{"tuple": [1001, 5]}]}),
+        set_in("images", "tuple", 4, "ImageData", "tiles", {"tuple": [{"tuple": [7, 0]}]}),
+        set_in("images", "tuple", 1, "ImageData", "tiles", {"tuple": [{"tuple": [1001, 0]}]}),  # with pixels
     ],
 )
 def test_tampered_headers_are_refused(change):

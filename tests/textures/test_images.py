@@ -104,10 +104,13 @@ def test_a_named_space_goes_through_the_config(tmp_path):
 
 
 @pytest.mark.parametrize("space", ["no such space", "ACES nonsense"])
-def test_an_unknown_space_is_an_error_that_names_it(tmp_path, space):
+def test_an_unknown_space_is_taken_as_linear_and_named(tmp_path, space):
     image = encoded(np.full((1, 1, 3), 0.5, np.float32), "exr", tmp_path, colorspace=space)
-    with pytest.raises(images.ImageError, match=space):
-        sample(image)
+    color, _ = sample(image)
+    np.testing.assert_allclose(color, 0.5, rtol=1e-3)
+    (note,) = images.TextureStore([image]).texture(0, "Linear", "REPEAT", False).notes
+    assert space in note
+    assert "scene-linear" in note
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Image textures: encoded files as they are, painted and generated ones as pixels.
 
-A missing image has neither, and says so in `problem`: the engine shows it pink, (1, 0, 1), as Cycles does.
+As in Cycles, files are read as they lie on disk, and what is packed or generated is what Blender has in
+memory. A missing image says so in `problem`: the engine shows it magenta, (1, 0, 1), as Cycles does.
 """
 
 from __future__ import annotations
@@ -12,8 +13,11 @@ import bpy
 import numpy as np
 
 from ...scene.snapshot import ImageData
+from ...textures.colorspace import srgb_to_linear
+from .image_files import file_path, tile_path
 
-FLOAT_BUFFER = {"colorspace": "Linear Rec.709", "alpha_mode": "PREMUL"}  # Blender's float buffers
+BYTE_FILES = {".jpg", ".jpeg", ".jpe", ".webp", ".tga", ".bmp", ".png"}  # PNG may be 16-bit
+LINEAR_FILES = {".exr", ".hdr"}
 
 
 class ImageTable:
@@ -24,63 +28,133 @@ class ImageTable:
     images : list of ImageData
     unsupported : list
         What could only be exported in part, as (where, what, effect).
+    frame : int
+        Of the scene: image sequences show their file of that frame.
     """
 
-    def __init__(self, unsupported) -> None:
+    def __init__(self, unsupported, frame: int = 1) -> None:
         self.images: list[ImageData] = []
         self.unsupported = unsupported
+        self.frame = frame
         self._index: dict[tuple[int, str], int] = {}
 
     def index(self, image, user=None) -> int:
         """Number of the image, of the file that `user` (a node's image user) picks from a sequence."""
-        path = file_path(image, user)
+        path = file_path(image, user, self.frame)
         key = (image.original.as_pointer(), path)
         if key not in self._index:
+            data = self._tiled(image) if image.source == "TILED" else self._single(image, path)
             self._index[key] = len(self.images)
-            self.images.append(self._export(image, path))
+            self.images.append(data)
         return self._index[key]
 
-    def _export(self, image, path: str) -> ImageData:
-        reason = {"TILED": "UDIM tiles", "MOVIE": "a movie"}.get(image.source)
-        if reason:
-            self.unsupported.append((f"Image {image.name}", reason, "one tile or frame is used everywhere"))
-        data = export_image(image, path)
+    def _single(self, image, path: str) -> ImageData:
+        where = f"Image {image.name}"
+        if image.source == "MOVIE":
+            self.unsupported.append((where, "a movie", "one frame is used everywhere"))
+        if getattr(image.original, "is_missing", False):
+            library = image.library.filepath if image.library else ""
+            self.unsupported.append((where, f"not in its library {library}", "Blender's placeholder, a grid"))
+        return self._noted(export_image(image, path), where)
+
+    def _tiled(self, image) -> ImageData:
+        """A UDIM; its tiles become images of their own, before it."""
+        tiles = []
+        for tile in image.original.tiles:
+            where = f"Image {image.name}, tile {tile.number}"
+            data = export_tile(image, tile)
+            tiles.append((tile.number, len(self.images)))
+            self.images.append(self._noted(data, where))
+            if tile.is_generated_tile and tile.generated_type != "BLANK":
+                self.unsupported.append((where, "a generated pattern", "one colour, the tile's own"))
+            elif data.as_rgba and not stays_encoded(image, data.encoded, data.suffix):
+                what = "a packed tile of more than 8 bits or with multiplied alpha"
+                self.unsupported.append((where, what, "alpha and filter as if it were not packed"))
+        return ImageData(tiles=tuple(tiles), **common(image))
+
+    def _noted(self, data: ImageData, where: str) -> ImageData:
         if data.problem:
-            self.unsupported.append((f"Image {image.name}", data.problem, "rendered pink"))
+            self.unsupported.append((where, data.problem, "rendered pink"))
         return data
+
+
+def common(image) -> dict[str, str]:
+    """What all kinds of images have."""
+    space = image.colorspace_settings.name
+    return {"name": image.name, "colorspace": space, "alpha_mode": image.alpha_mode}
+
+
+def float_buffer(image) -> dict[str, str]:
+    """The same for Blender's buffers of floats: they are scene-linear, whatever the file was."""
+    settings = common(image)
+    return settings if settings["colorspace"] == "Non-Color" else settings | {"colorspace": "scene_linear"}
 
 
 def export_image(image, path: str) -> ImageData:
     """One image as bytes of its file, or as pixels, or with the reason why neither."""
-    common = {
-        "name": image.name,
-        "colorspace": image.colorspace_settings.name,
-        "alpha_mode": image.alpha_mode,
-    }
     original = image.original
-    if original.source in ("GENERATED", "VIEWER", "MOVIE") or original.is_dirty:
-        return from_pixels(original, common)
+    if original.source == "VIEWER":
+        return ImageData(problem="a viewer's image is in no file", **common(image))
+    if original.source in ("GENERATED", "MOVIE") or original.is_dirty:
+        return from_pixels(original)
     packed = original.packed_files
     if len(packed):
         data = np.frombuffer(packed[0].packed_file.data, np.uint8)
-        return ImageData(encoded=data, suffix=Path(path).suffix.lower(), **common)
+        suffix = Path(path).suffix.lower()
+        if stays_encoded(original, data, suffix):
+            return ImageData(encoded=data, suffix=suffix, as_rgba=True, **common(image))
+        return from_pixels(original)
+    return from_file(image, path)
+
+
+def export_tile(image, tile) -> ImageData:
+    """A tile of a UDIM as an image of its own."""
+    if tile.is_generated_tile:
+        return blank(image, tile)
+    for packed in image.original.packed_files:
+        if packed.tile_number == tile.number:
+            data = np.frombuffer(packed.packed_file.data, np.uint8)
+            suffix = Path(packed.filepath).suffix.lower()
+            return ImageData(encoded=data, suffix=suffix, as_rgba=True, **common(image))
+    return from_file(image, tile_path(image, tile.number))
+
+
+def from_file(image, path: str) -> ImageData:
+    """A file's bytes."""
     if not path:
-        return ImageData(problem="no file is set", **common)
+        return ImageData(problem="no file is set", **common(image))
     try:
         data = np.fromfile(path, np.uint8)
     except OSError as error:
-        return ImageData(problem=f"{path}: {error.strerror or error}", **common)
+        return ImageData(problem=f"{path}: {error.strerror or error}", **common(image))
     if not data.size:
-        return ImageData(problem=f"{path}: empty file", **common)
-    return ImageData(encoded=data, suffix=Path(path).suffix.lower(), **common)
+        return ImageData(problem=f"{path}: empty file", **common(image))
+    return ImageData(encoded=data, suffix=Path(path).suffix.lower(), **common(image))
 
 
-def from_pixels(image, common) -> ImageData:
+def stays_encoded(image, data, suffix: str) -> bool:
+    """Whether a packed file's texels are those of the buffer that Blender, and so Cycles, makes of it.
+
+    Bytes are, unless Blender has to divide them by their alpha. Floats, and integers of 16 bits, it converts
+    to scene-linear floats when it reads them, which changes nothing where they are so already.
+    """
+    if suffix in BYTE_FILES:
+        deep = data[:4].tobytes() == b"\x89PNG" and len(data) > 24 and data[24] == 16
+        return not deep and image.alpha_mode != "PREMUL"
+    if suffix in LINEAR_FILES:
+        return (
+            image.colorspace_settings.name in ("Linear Rec.709", "Non-Color") and image.alpha_mode == "PREMUL"
+        )
+    return False
+
+
+def from_pixels(image) -> ImageData:
     """Blender's own buffer: RGBA, bottom row first."""
+    loaded = image.has_data
     width, height = image.size
     channels = image.channels
     if not width or not height or len(image.pixels) != width * height * channels:
-        return ImageData(problem="it has no pixels", **common)
+        return ImageData(problem="it has no pixels", **common(image))
     flat = np.empty(width * height * channels, np.float32)
     image.pixels.foreach_get(flat)
     buffer = flat.reshape(height, width, channels)
@@ -89,20 +163,20 @@ def from_pixels(image, common) -> ImageData:
     if channels == 4:
         pixels[..., 3] = buffer[..., 3]
     if image.is_float:
-        common = common | FLOAT_BUFFER
-    return ImageData(pixels=pixels, **common)
+        return ImageData(pixels=pixels, **float_buffer(image))
+    if not loaded:
+        image.buffers_free()
+    return ImageData(pixels=np.rint(pixels * 255).astype(np.uint8), **common(image))
 
 
-def file_path(image, user=None) -> str:
-    """Absolute path of the image's file; of a sequence the frame, of UDIM tiles the first."""
-    if not image.filepath:
-        return ""
-    path = image.filepath
-    if user is not None and image.source in ("SEQUENCE", "TILED"):
-        path = image.filepath_from_user(image_user=user)
-    if image.source == "TILED" and len(image.tiles):
-        path = path.replace("<UDIM>", str(image.tiles[0].number))
-    return bpy.path.abspath(path, library=image.library)
+def blank(image, tile) -> ImageData:
+    """A generated tile of one colour."""
+    shape = (tile.generated_height, tile.generated_width, 4)
+    color = np.array(tile.generated_color, np.float32)
+    if tile.use_generated_float:
+        color[:3] = srgb_to_linear(color[:3])
+        return ImageData(pixels=np.full(shape, color, np.float32), **float_buffer(image))
+    return ImageData(pixels=np.full(shape, np.rint(color * 255), np.uint8), **common(image))
 
 
 def ocio_config() -> str:

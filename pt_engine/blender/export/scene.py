@@ -37,7 +37,7 @@ def export_scene(depsgraph, *, camera=None, size=None) -> Snapshot:
     """
     scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     unsupported: list[tuple[str, str, str]] = []
-    images = ImageTable(unsupported)
+    images = ImageTable(unsupported, scene.frame_current)
     materials = MaterialTable(depsgraph, images)
     collector = Collector(depsgraph, materials, images, unsupported)
     instances = collector.run()

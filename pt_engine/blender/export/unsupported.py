@@ -15,6 +15,7 @@ def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
     return [
         *motion_blur(scene),
         *shadow_caustics(depsgraph),
+        *texture_settings(scene),
         *(entry for owner in depsgraph.objects for entry in of_object(owner)),
     ]
 
@@ -36,6 +37,20 @@ def shadow_caustics(depsgraph):
     if marked("is_caustics_caster") and marked("is_caustics_receiver"):
         effect = "light refracted onto receivers is missing, or noisy where lamps have a size"
         yield ("Scene", "shadow caustics", effect)
+
+
+def texture_settings(scene):
+    """What the file does to all image textures: another working space, smaller images, mip maps."""
+    where, cycles = f"Scene {scene.name}", getattr(scene, "cycles", None)
+    space = getattr(getattr(bpy.data, "colorspace", None), "working_space", "Linear Rec.709")
+    if space != "Linear Rec.709":
+        yield (where, f"working space {space}", "colours of lamps, nodes and images are taken as Rec.709")
+    if scene.render.use_simplify and len(bpy.data.images):
+        limit = getattr(cycles, "texture_limit_render", "OFF")
+        if limit != "OFF" or getattr(cycles, "texture_resolution_render", 1.0) < 1.0:
+            yield (where, "smaller textures", "images keep their full size")
+    if getattr(scene.render, "use_auto_generate_texture_cache", False) and len(bpy.data.images):
+        yield (where, "texture cache", "images are looked up in full size, not in mip maps")
 
 
 def may_move(scene) -> bool:
