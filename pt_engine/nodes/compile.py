@@ -16,9 +16,10 @@ from .coverage import APPROXIMATE, IGNORED, Coverage, CoverageLog
 from .displacement import displaced_normal, displacement_entry, moves_vertices
 from .graph import GraphReader
 from .ir import Builder
+from .light_path import BOUNCE_KIND
 from .normals import surface_normal
 from .probe import mean_emission
-from .program import Entry
+from .program import Entry, ordered_calls
 from .ray_portal import lets_light_through
 from .surface import SurfaceBuilder
 
@@ -115,7 +116,15 @@ def read_surface(graph: Graph, textures: TextureStore, log: CoverageLog) -> Surf
         effect = "emitters behind count about once; Cycles counts those with a size twice where the two mix"
         log.note("(portal with transparency)", APPROXIMATE, effect)
     note_other_outputs(graph, log)
+    note_emission_by_bounce(graph, out, log)
     return out
+
+
+def note_emission_by_bounce(graph: Graph, out: SurfaceBuilder, log: CoverageLog) -> None:
+    """Say what becomes of light that depends on how the surface it falls on scatters."""
+    calls = ordered_calls([] if out.emission is None else [out.emission])
+    if any(BOUNCE_KIND in call.op.reads(*call.static) for call in calls):
+        log.note(graph.name, APPROXIMATE, "where the light is sampled, all rays count as diffuse ones")
 
 
 def read_displacement(graph: Graph, textures: TextureStore, log: CoverageLog) -> Entry | None:

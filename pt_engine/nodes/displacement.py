@@ -69,6 +69,7 @@ def tangent_displacement(lanes: Any, vector: Float32, midlevel: Float32, scale: 
     x, y, z = (vector - midlevel) * scale
     normal = unit(lanes.to_object_normal(lanes.ns))
     tangent, sign = lanes.object_tangent("")
+    tangent = unit(tangent)
     bitangent = sign * unit(vectors.cross(normal, tangent))
     moved: Float32 = lanes.to_world_vector(x * tangent + y * normal + z * bitangent)
     return moved
@@ -79,7 +80,6 @@ def vector_displacement_node(n: NodeView) -> Outputs:
     space = str(n.prop("space", "TANGENT"))
     inputs = n.vector("Vector"), n.float("Midlevel"), n.float("Scale", 0.01)
     if space == "TANGENT":
-        n.approximate("tangents are per triangle, not smoothed over vertices")
         return {"Displacement": n.call(tangent_displacement, *inputs)}
     return {"Displacement": n.call(vector_displacement, *inputs, static=(space,))}
 

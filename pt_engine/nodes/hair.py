@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ..bsdfs import hair_chiang
 from ..core import vectors
+from .geometry_nodes import true_normal
 from .graph import NodeView
-from .inputs import true_normal
 from .ir import COLOR, FLOAT, VECTOR, Value, lane_op, op
 from .math_nodes import saturate
 from .registry import shader

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import noise
+from .coordinates import coordinates
 from .graph import NodeView
-from .inputs import coordinates
 from .ir import COLOR, FLOAT, Value, op, spread_color
 from .registry import Outputs, node
 

@@ -20,23 +20,23 @@ Float32 = NDArray[np.float32]
 # ------------------------------------------------------------------ Normal Map
 
 
-@lane_op(VECTOR, reads=lambda name, flip: (f"tangent:{name}", f"uv:{name}"))
+@lane_op(VECTOR, reads=lambda name, flip: (f"tangent:{name}",))
 def tangent_space_normal(lanes: Any, name: str, flip: bool, color: Float32, strength: Float32) -> Float32:
     """A normal from a map in tangent space.
 
     x and y are scaled by the strength, z faded to 1, all in the frame (T, B, N) of the uv map; back
-    faces see the whole frame turned around, as in Cycles.
+    faces see the whole frame turned around, as in Cycles. Where the map is missing the normal stays.
     """
     x, y, z = 2 * color - 1
     if flip:
         y = -y
     side = 1 - 2 * lanes.backfacing
-    normal = lanes.object_normal() if lanes.smooth else unit(lanes.to_object_normal(lanes.ng * side))
+    normal = unit(lanes.object_normal() if lanes.smooth else lanes.to_object_normal(lanes.ng * side))
     tangent, sign = lanes.object_tangent(name)
     bitangent = sign * vectors.cross(normal, tangent)
     z = 1 + np.clip(strength, 0, 1) * (z - 1)
     out = (x * strength) * tangent + (y * strength) * bitangent + z * normal
-    return usable(unit(lanes.to_world_normal(unit(out))) * side, lanes.ns)
+    return usable(unit(lanes.to_world_normal(unit(out))) * (side * (sign != 0)), lanes.ns)
 
 
 @lane_op(VECTOR)
@@ -72,7 +72,6 @@ def normal_map_node(n: NodeView) -> Outputs:
     space, color = str(n.prop("space", "TANGENT")), n.color("Color", (0.5, 0.5, 1.0))
     flip = n.prop("convention", "OPENGL") == "DIRECTX"
     if space == "TANGENT":
-        n.approximate("tangents are per triangle, not smoothed over vertices")
         static = (str(n.prop("uv_map", "")), flip)
         return {"Normal": n.call(tangent_space_normal, color, strength, static=static)}
     return {"Normal": n.call(space_normal, color, strength, static=(space, flip))}

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import hashes
+from .coordinates import coordinates
 from .graph import NodeView
-from .inputs import coordinates
 from .ir import COLOR, FLOAT, VECTOR, Value, mean, op, spread_color
 from .math_nodes import divide, select, smooth_step
 from .registry import Outputs, node

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from ..textures.daylight import daylight
 from ..textures.sky import MODELS, Settings, Sky, sky
 from ..textures.sky_multiple import Air
+from .coordinates import coordinates, generated
 from .graph import NodeView
-from .inputs import coordinates, generated
 from .ir import COLOR, Value, op
 from .registry import Outputs, node
 

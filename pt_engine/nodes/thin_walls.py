@@ -23,8 +23,8 @@ from ..bsdfs.thin_transmission import sheet_alpha
 from ..core.raykind import RayKind
 from .energy_nodes import cosine, gained
 from .graph import NodeView
-from .inputs import is_ray_kind
 from .ir import COLOR, FLOAT, Value, op
+from .light_path import is_ray_kind
 from .roughness import Rough
 from .surface import SurfaceBuilder, is_zero
 

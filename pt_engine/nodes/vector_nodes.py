@@ -252,18 +252,37 @@ def vector_rotate_node(n: NodeView) -> Outputs:
 
 
 @lane_op(VECTOR)
-def change_space(lanes: Any, kind: str, to_object: bool, vector: Float32) -> Float32:
-    """World to object space or back, as a vector, a point or a normal."""
+def change_space(lanes: Any, kind: str, source: str, target: str, vector: Float32) -> Float32:
+    """Between world, object and camera space, as a vector, a point or a normal, by way of the world."""
     v = np.ascontiguousarray(np.broadcast_to(vector, (3, lanes.n)))
-    if not hasattr(lanes, "to_object_vector"):
-        return v
+    has_object = hasattr(lanes, "to_object_vector")  # a world has none
+    if source == "CAMERA":
+        v = lanes.view.point_to_world(v) if kind == "POINT" else lanes.view.vector_to_world(v)
+    elif source == "OBJECT" and has_object:
+        v = object_to_world(lanes, kind, v)
+    if target == "CAMERA":
+        v = lanes.view.point(v) if kind == "POINT" else lanes.view.vector(v)
+    elif target == "OBJECT" and has_object:
+        v = world_to_object(lanes, kind, v)
+    converted = "CAMERA" in (source, target) or has_object
+    return unit(v) if kind == "NORMAL" and converted else v
+
+
+def object_to_world(lanes: Any, kind: str, v: Float32) -> Float32:
+    """A vector, point or normal of the object in the world."""
     if kind == "NORMAL":
-        return unit(lanes.to_object_normal(v) if to_object else lanes.to_world_normal(v))
-    turned: Float32 = lanes.to_object_vector(v) if to_object else lanes.to_world_vector(v)
-    if kind == "POINT" and to_object:
-        return turned + (lanes.object_position() - lanes.to_object_vector(lanes.position))  # type: ignore[no-any-return]
+        return lanes.to_world_normal(v)  # type: ignore[no-any-return]
+    turned: Float32 = lanes.to_world_vector(v)
+    return turned + lanes.object_location() if kind == "POINT" else turned
+
+
+def world_to_object(lanes: Any, kind: str, v: Float32) -> Float32:
+    """A vector, point or normal of the world in the object."""
+    if kind == "NORMAL":
+        return lanes.to_object_normal(v)  # type: ignore[no-any-return]
+    turned: Float32 = lanes.to_object_vector(v)
     if kind == "POINT":
-        return turned + lanes.object_location()  # type: ignore[no-any-return]
+        turned = turned + (lanes.object_position() - lanes.to_object_vector(lanes.position))
     return turned
 
 
@@ -273,11 +292,8 @@ def vector_transform_node(n: NodeView) -> Outputs:
     vector = n.vector("Vector", 0.5)
     if source == target:
         return {"Vector": vector}
-    if "CAMERA" in (source, target):
-        n.ignored("camera space is not known: the vector is left as it is")
-        return {"Vector": vector}
     kind = str(n.prop("vector_type", "VECTOR"))
-    return {"Vector": n.call(change_space, vector, static=(kind, target == "OBJECT"))}
+    return {"Vector": n.call(change_space, vector, static=(kind, source, target))}
 
 
 @op(FLOAT)

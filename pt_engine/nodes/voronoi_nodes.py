@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import voronoi
+from .coordinates import coordinates
 from .graph import NodeView
-from .inputs import coordinates
 from .ir import COLOR, FLOAT, VECTOR, Value, op
 from .math_nodes import divide, select
 from .noise import Octaves

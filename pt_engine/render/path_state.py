@@ -61,8 +61,11 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         differentials (Igehy 1999). No bounce changes how it widens.
     sharpness : (N,) float32, or None
         Smallest density of the path's directions so far, where it is tracked.
+    diffuse_depth, glossy_depth, transmission_depth, portal_depth : (N,) int32
+        Bounces of one kind so far.
 
-    Only scenes in which somebody asks (`Scene.tracks_history`) carry the last seven lane by lane.
+    Only scenes in which somebody asks (`Scene.tracks_history`, `Scene.history`) carry all from `travelled`
+    on lane by lane.
     """
 
     beta: Float32
@@ -75,7 +78,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
 
     @classmethod
     def start(
-        cls, sampler: LaneSampler, tracked: bool, more: Mapping[str, Float32] | None = None
+        cls, sampler: LaneSampler, tracked: bool, more: Mapping[str, NDArray[Any]] | None = None
     ) -> PathState:
         """Camera paths: β = 1, L = 0, and a Dirac density, since no emitter sample competes.
 
@@ -94,11 +97,11 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
 
     def _column(self, name: str) -> NDArray[Any]:
         """Lane by lane where it is tracked; else the same number on all, without the memory."""
-        if self._history is not None:
+        if self._history is not None and name in self._history:
             return self._history[name]
         kind = RayKind.REFLECTION if self.bounces else RayKind.CAMERA
-        values = {"kind": np.int32(kind), "depth": np.int32(self.bounces), "passed": np.int32(0)}
-        return np.broadcast_to(values.get(name, np.float32(0)), self.size)
+        values = {"kind": np.int32(kind), "depth": np.int32(self.bounces), "travelled": np.float32(0)}
+        return np.broadcast_to(values.get(name, np.int32(0)), self.size)
 
     @property
     def kind(self) -> Int32:
@@ -132,6 +135,22 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     def noise(self) -> NDArray[np.uint32]:
         """(2, N) for the random numbers of nodes (see `core.keyed`), new after each bounce."""
         return keyed.noise(self.random.view(np.uint32), self.bounces)
+
+    @property
+    def diffuse_depth(self) -> Int32:
+        return self._column("diffuse_depth")
+
+    @property
+    def glossy_depth(self) -> Int32:
+        return self._column("glossy_depth")
+
+    @property
+    def transmission_depth(self) -> Int32:
+        return self._column("transmission_depth")
+
+    @property
+    def portal_depth(self) -> Int32:
+        return self._column("portal_depth")
 
     def take(self, index: NDArray[np.intp]) -> PathState:
         """The paths at `index`, in that order. The density is not carried: it was for this hit."""
@@ -171,6 +190,8 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
                 self._history["radius"] = self._history["radius"] + self._history["spread"] * si.t
             if "sharpness" in self._history:
                 self._history["sharpness"] = np.minimum(self._history["sharpness"], to.pdf)
+            for name in DEPTH_OF_LOBE.keys() & self._history.keys():
+                self._history[name] = self._history[name] + DEPTH_OF_LOBE[name].take(to.lobe)
         return leave(si, to.wo)
 
     def go_on(self, scene: Scene, si: Surface, to: Scattered, max_depth: int) -> Rays:
@@ -189,9 +210,13 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         self.pdf[passing], self.kind[passing] = before.pdf, before.kind
         self.depth[passing], self.passed[passing] = before.depth, before.passed + 1
         self.travelled[passing] = travelled
+        for name in DEPTH_OF_LOBE.keys() & (self._history or {}).keys():
+            getattr(self, name)[passing] = getattr(before, name)
         if scene.has_portals:  # no emitter sample reaches through them
             away = np.flatnonzero(to.lobe & Lobe.PORTAL)
             self.pdf[away], self.travelled[away] = np.inf, 0
+            if "portal_depth" in (self._history or {}):
+                self.portal_depth[away] += 1
         return rays
 
     def ride_along(self, moved: PathState, rays: Rays) -> Rays:
@@ -225,3 +250,16 @@ def _kind_of_lobe(lobe: int) -> int:
 
 
 KIND_OF_LOBE = np.array([_kind_of_lobe(lobe) for lobe in range(64)], np.int32)
+
+
+def _counted(kind: int, but: int = 0) -> Int32:
+    """(lobes,) 1 where a bounce is of a kind and not of another."""
+    counts: Int32 = (((KIND_OF_LOBE & kind) != 0) & ((KIND_OF_LOBE & but) == 0)).astype(np.int32)
+    return counts
+
+
+DEPTH_OF_LOBE = {
+    "diffuse_depth": _counted(RayKind.DIFFUSE, but=RayKind.TRANSMISSION),
+    "glossy_depth": _counted(RayKind.GLOSSY, but=RayKind.TRANSMISSION),
+    "transmission_depth": _counted(RayKind.TRANSMISSION),
+}

@@ -166,9 +166,11 @@ class Recorder:
     def sample_emitter(self, si: Surface, u: Float32, path: PathState) -> LightSample:
         return self._scene.sample_emitter(si, u, path)
 
-    def unoccluded(self, si: Surface, light: LightSample, contribution: Float32, limit: int) -> Float32:
+    def unoccluded(
+        self, si: Surface, light: LightSample, contribution: Float32, limit: int, path: PathState
+    ) -> Float32:
         asked = contribution.copy()
-        seen = self._scene.unoccluded(si, light, contribution, limit)
+        seen = self._scene.unoccluded(si, light, contribution, limit, path)
         dark = "no light from there" if not asked.any() else "blocked" if not seen.any() else "visible"
         self.note(
             "emitter sample",

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
+from ..core.view import View
 from ..emitters.area import lengths
 from ..emitters.base import FAR, Lamp
 from ..nodes.batch import Batch
@@ -35,6 +36,8 @@ class LampShader:
         What is subtracted from world positions.
     reach : float
         Distance at which the lamp is taken to light things, for its mean.
+    view : View
+        The camera's.
 
     Attributes
     ----------
@@ -42,8 +45,8 @@ class LampShader:
         Mean factor, by which the lamp is chosen.
     """
 
-    def __init__(self, batch: Batch, data: LightData, origin: Float64, reach: float) -> None:
-        self._batch, self.data = batch, data
+    def __init__(self, batch: Batch, data: LightData, origin: Float64, reach: float, view: View) -> None:
+        self._batch, self.data, self.view = batch, data, view
         self._origin = origin.astype(np.float32)[:, None]
         self.lamp = Lamp(data, np.ones(3), np.asarray(data.matrix, np.float64)[:3, 3] - origin)
         self.centre = self.lamp.centre.astype(np.float32)[:, None]
@@ -99,7 +102,7 @@ class LampLanes:
     smooth = False
 
     def __init__(self, shader: LampShader, p: Float32, wo: Float32, origin: Float32) -> None:
-        self._shader = shader
+        self._shader, self.view = shader, shader.view
         self.n = wo.shape[1]
         t = shader.distance(p, wo)
         distant = shader.data.kind == "SUN"
@@ -194,11 +197,25 @@ class LampLanes:
         """Zero: lamps have no attributes."""
         return np.zeros((4, self.n), np.float32)
 
-    def tangent(self, uv_name: str) -> tuple[Float32, Float32]:
+    def attribute(self, name: str) -> Float32:
+        """Not found: zero with alpha 1."""
+        return np.repeat(np.array([[0], [0], [0], [1], [0]], np.float32), self.n, axis=1)
+
+    def per_object(self, name: str) -> Float32:
+        """Zero: lamps have no properties here."""
+        return np.zeros((4, self.n), np.float32)
+
+    def depth_of(self, kind: str) -> NDArray[np.int32]:
+        """Zero: the path is not known."""
+        return np.zeros(self.n, np.int32)
+
+    def edges(self) -> list[tuple[Float32, Float32]]:
+        """None: a lamp is no triangle."""
+        return []
+
+    def object_tangent(self, uv_name: str) -> tuple[Float32, Float32]:
         """Zero."""
         return np.zeros((3, self.n), np.float32), np.ones(self.n, np.float32)
-
-    object_tangent = tangent
 
     def object_random(self) -> Float32:
         """Zero."""

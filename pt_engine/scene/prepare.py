@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cameras import make_camera
+from ..core.view import View
 from ..emitters.lights import Lights
 from ..emitters.triangle import TriangleEmitters
 from ..nodes.compile import Materials, compile_materials
@@ -15,14 +16,23 @@ from ..nodes.coverage import IGNORED, Coverage
 from ..nodes.world import compile_light, compile_world
 from ..textures.images import TextureStore
 from .accel import Accel
-from .attributes import Layer, color_layer, generated_layer, normal_layer, position_layer, uv_layer
+from .attributes import (
+    Layer,
+    attribute_layer,
+    color_layer,
+    generated_layer,
+    normal_layer,
+    position_layer,
+    tangent_layer,
+    uv_layer,
+)
 from .displace import displaced
 from .features import features
 from .geometry import BOUND, Geometry, pack, place
 from .lamp_shader import LampShader
 from .own import OwnObjects, looking_at_themselves
 from .scene import Scene
-from .snapshot import Snapshot, Visibility
+from .snapshot import CameraData, Snapshot, Visibility
 from .world_light import environment
 
 Int32 = NDArray[np.int32]
@@ -49,6 +59,7 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     world = compile_world(snapshot.world, textures=textures)
     rest = snapshot
     snapshot = displaced(snapshot, materials, shading_layers)
+    view = view_of(snapshot.camera)
     placed = place(snapshot)
     accel = Accel(placed.vertices, placed.triangles)
     selves = looking_at_themselves(snapshot, materials)
@@ -61,10 +72,10 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
         np.array([program.constant for program in lamp_programs], np.float64).reshape(-1, 3),
         geometry.origin,
         triangles,
-        environment(world),
+        environment(world, view),
         geometry.radius,
         [
-            LampShader(program.batch, lamp, geometry.origin, geometry.radius) if program.batch else None
+            LampShader(program.batch, lamp, geometry.origin, geometry.radius, view) if program.batch else None
             for program, lamp in zip(lamp_programs, snapshot.lights, strict=True)
         ],
     )
@@ -77,7 +88,7 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     scene.textures = textures
     scene.emissive_prim, scene.own = prim, own
     scene.material_names = tuple(graph.name for graph in snapshot.materials)
-    scene.camera = make_camera(snapshot.camera, geometry.origin)
+    scene.camera, scene.view = make_camera(snapshot.camera, geometry.origin), view
     scene.exposure = snapshot.exposure
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
     scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
@@ -107,6 +118,11 @@ def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32,
     return prim.astype(np.int32), emitters
 
 
+def view_of(camera: CameraData) -> View:
+    """The camera's space and image."""
+    return View(camera.kind, camera.matrix, camera.frame, camera.panorama, camera.fisheye_polynomial)
+
+
 def shading_layers(
     snapshot: Snapshot, geometry: Geometry, needs: frozenset[str]
 ) -> dict[tuple[str, str], Layer]:
@@ -117,14 +133,16 @@ def shading_layers(
         layers["normal", ""] = normals
     for need in needs:
         kind, _, name = need.partition(":")
-        if kind in ("uv", "tangent"):
+        if kind == "uv":
             layers["uv", name] = uv_layer(snapshot, geometry, name)
-            if kind == "tangent":
-                layers["position", ""] = position_layer(snapshot, geometry)
+        elif kind == "tangent":
+            layers["tangent", name] = tangent_layer(snapshot, geometry, name)
         elif kind == "position":
             layers["position", ""] = position_layer(snapshot, geometry)
         elif kind == "color":
             layers["color", name] = color_layer(snapshot, geometry, name)
+        elif kind == "attribute":
+            layers["attribute", name] = attribute_layer(snapshot, geometry, name)
         elif kind == "generated":
             layers["generated", ""] = generated_layer(snapshot, geometry)
     return layers

@@ -10,7 +10,7 @@ import copy
 from collections import Counter
 from collections.abc import Iterator
 from itertools import starmap
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +18,16 @@ from numpy.typing import NDArray
 from ..core import vectors
 from ..core.raykind import RayKind
 from ..core.uniforms import Uniforms
+from ..core.view import View
 from ..emitters.lights import Lights, LightSample
 from .accel import FAR, Accel, Hits
 from .arrivals import Arrivals
 from .attributes import Layer
 from .geometry import SKY, Geometry
 from .holdout import cut_holes
-from .lanes import Lanes, SkyLanes, Surface
+from .lanes import Lanes, Surface
 from .shading import ShadedBSDF, SliceBSDF
+from .sky_lanes import SkyLanes
 from .snapshot import Instances
 from .transforms import Transforms
 from .transmittance import transmittance
@@ -42,6 +44,9 @@ if TYPE_CHECKING:
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
 BatchNumbers = NDArray[np.unsignedinteger]
+
+
+DEPTHS = frozenset({"diffuse_depth", "glossy_depth", "transmission_depth", "portal_depth"})
 
 
 class Rays(NamedTuple):
@@ -88,12 +93,6 @@ class Intersection(NamedTuple):
     surface: NDArray[np.integer]
 
 
-def arrivals(path: PathState, lanes: NDArray[np.intp]) -> Arrivals:
-    """How the rays of some lanes came to where they are."""
-    rows = path.kind, path.depth, path.passed, path.radius, path.spread, path.sharpness, path.noise
-    return Arrivals(*rows).take(lanes)
-
-
 class Group(NamedTuple):
     """Lanes that are shaded together: a batch of materials, on flat or on smooth geometry."""
 
@@ -105,6 +104,7 @@ class Scene:
     """See the module. Built by `prepare`."""
 
     camera: Camera
+    view: View
     exposure: float = 1.0
     pixel_angle: float = 1e-3  # width of a pixel at distance 1
     lights_without_shadow: bool
@@ -189,7 +189,8 @@ class Scene:
         self.passes = np.array([*passes, False])
         self.transparent_surfaces = any(passes)
         needs = self.world.needs.union(*(batch.needs for batch in self.used_batches))
-        reads_path = bool(needs & {"ray_kind", "depth", "transparent_depth"})
+        self.tracked_depths = tuple(sorted(needs & DEPTHS))
+        reads_path = bool(needs & {"ray_kind", "depth", "transparent_depth"} or self.tracked_depths)
         # without these, nobody asks what became of a path before
         self.extra_history = needs & {"footprint", "sharpness"}
         self.tracks_history = self.transparent_surfaces or reads_path or bool(self.extra_history)
@@ -198,9 +199,10 @@ class Scene:
         """A shading attribute that some program was found to need when the scene was prepared."""
         return self._layers[kind, name]
 
-    def history(self, rays: Rays) -> dict[str, Float32]:
+    def history(self, rays: Rays) -> dict[str, NDArray[Any]]:
         """What somebody asks of camera paths, beside what `PathState` knows itself."""
-        rows: dict[str, Float32] = {}
+        none = np.zeros(rays.d.shape[1], np.int32)
+        rows: dict[str, NDArray[Any]] = {name: none.copy() for name in self.tracked_depths}
         if "footprint" in self.extra_history:
             rows["radius"], rows["spread"] = self.camera.footprint(rays.d)
         if "sharpness" in self.extra_history:
@@ -236,7 +238,8 @@ class Scene:
                 escaped = self._leave_film_clear(escaped, path)
             if len(escaped):
                 d = rays.d.take(escaped, axis=1)
-                sky = self.world.emission(SkyLanes(d, path.kind.take(escaped)))
+                o = rays.o.take(escaped, axis=1) + self.origin32 if self.view.kind == "ORTHO" else None
+                sky = self.world.emission(SkyLanes(d, self._came(path, escaped), self.view, o))
                 yield Found(escaped, sky, self.lights.environment_pdf(d))
         if self.lights.description.meets_lamps or self.lights.description.camera_meets_lamps:
             yield from self._lamp_emission(rays, found, path)
@@ -246,6 +249,12 @@ class Scene:
             lit = np.flatnonzero(self._surface_emits.take(found.surface))
             if len(lit):
                 yield self._surface_emission(lit, self.surface(rays, found, lit), path)
+
+    def _came(self, path: PathState, lanes: NDArray[np.intp]) -> Arrivals:
+        """How the rays of some lanes came here; all alike where nobody follows them."""
+        if self.tracks_history:
+            return Arrivals.of(path, lanes)
+        return Arrivals.by(int(path.kind[0]), len(lanes))
 
     def _leave_film_clear(self, escaped: NDArray[np.intp], path: PathState) -> NDArray[np.intp]:
         """Camera rays that reach the sky take their share off the film's coverage and bring no light."""
@@ -268,14 +277,14 @@ class Scene:
         varying = np.flatnonzero(self.materials.emission_varies.take(material))
         if len(varying):
             radiance[:, varying] = self._evaluated(
-                hit.take(varying), arrivals(path, lanes.take(varying)), material.take(varying)
+                hit.take(varying), self._came(path, lanes.take(varying)), material.take(varying)
             )
         return radiance
 
     def evaluated_holdout(self, hit: Surface, path: PathState, lanes: NDArray[np.intp]) -> Float32:
         """(3, K) share of what the camera sees that the materials make a hole in the film."""
         material = self.geometry.surface_material.take(hit.surface)
-        return self._evaluated(hit, arrivals(path, lanes), material, "holdout")
+        return self._evaluated(hit, Arrivals.of(path, lanes), material, "holdout")
 
     def _evaluated(self, hit: Surface, came: Arrivals, material: Int32, what: str = "emission") -> Float32:
         """(3, K) what the materials' programs give for `emission` or `holdout`."""
@@ -347,13 +356,26 @@ class Scene:
         prim = self.emissive_prim.take(light.triangle)
         hits = Hits(distance, light.barycentric[0], light.barycentric[1], prim)
         at = Surface(self.geometry, hits, np.arange(len(lanes)), si.p.take(lanes, axis=1), wo)
-        before = arrivals(path, lanes)
-        kind = np.full_like(before.kind, RayKind.DIFFUSE | RayKind.REFLECTION)
-        point = np.zeros(len(lanes), np.float32)  # a sampled place has no width
-        came = Arrivals(kind, before.depth + 1, before.passed, point, point)
+        before = self._came(path, lanes)
+        through = vectors.dot(si.ng.take(lanes, axis=1), wo) < 0
+        point = np.zeros(len(lanes), np.float32)  # a sampled place has no width; nodes trace nothing there
+        side = np.where(through, np.int32(RayKind.TRANSMISSION), np.int32(RayKind.REFLECTION))
+        came = before._replace(  # the ray stands for all closures; it is taken as a diffuse one
+            kind=side | RayKind.DIFFUSE,
+            depth=before.depth + 1,
+            diffuse_depth=before.diffuse_depth + ~through,
+            transmission_depth=before.transmission_depth + through,
+            travelled=point,
+            radius=point,
+            spread=point,
+            sharpness=None,
+            noise=None,
+        )
         return self._evaluated(at, came, self.geometry.surface_material.take(at.surface))
 
-    def unoccluded(self, si: Surface, light: LightSample, contribution: Float32, limit: int) -> Float32:
+    def unoccluded(
+        self, si: Surface, light: LightSample, contribution: Float32, limit: int, path: PathState
+    ) -> Float32:
         """`contribution` where nothing lies between; dimmed by up to `limit` transparent surfaces."""
         lit = vectors.max3(contribution) > 0
         tfar = light.distance * lit - ~lit  # −1 switches a ray off
@@ -362,7 +384,7 @@ class Scene:
         free = np.flatnonzero(light.distance < 0) if self.lights_without_shadow else None
         kept = None if free is None else contribution.take(free, axis=1)
         if self.transparent_surfaces:
-            contribution *= transmittance(self, o, light.wo, tfar, limit)
+            contribution *= transmittance(self, o, light.wo, tfar, limit, path)
         else:
             self.rays["shadow"] += int(np.count_nonzero(tfar > 0))
             contribution.view(np.int32)[:] &= self.accel.visible(o, light.wo, tfar)

@@ -58,7 +58,7 @@ class Graph:
     """A shader graph, flat: each node comes after what feeds it.
 
     `outputs` maps ``Surface``, ``Volume``, ``Displacement`` to what feeds it (only where something does);
-    `displacement_method` is BUMP, DISPLACEMENT or BOTH.
+    `displacement_method` is BUMP, DISPLACEMENT or BOTH; `pass_index` is the material's.
     """
 
     name: str
@@ -66,6 +66,7 @@ class Graph:
     outputs: dict[str, Link] = field(default_factory=dict)
     notes: tuple[tuple[str, str], ...] = ()  # (node name, what the exporter had to leave out)
     displacement_method: str = "BUMP"
+    pass_index: int = 0
 
 
 @dataclass(frozen=True)
@@ -156,6 +157,10 @@ class Instances:
         Bits of `Visibility`: which rays see it.
     names : tuple[str, ...]
         The object's name, for messages.
+    attributes : dict[str, (I, 4) float32]
+        What graphs ask of single objects: ``object:NAME`` and ``instancer:NAME`` are properties (RGBA),
+        ``instancer generated``, ``instancer uv`` where on its instancer an object stands; ``particle``,
+        ``particle location`` ... are the particle that it was made from.
     """
 
     mesh: Int32
@@ -166,6 +171,7 @@ class Instances:
     pass_index: Int32
     visibility: NDArray[np.uint8]
     names: tuple[str, ...]
+    attributes: dict[str, Float32] = field(default_factory=dict)
 
 
 class Visibility:

@@ -204,6 +204,8 @@ def check_instances(snapshot: data.Snapshot) -> None:
     for name in ("random", "pass_index", "visibility"):
         shape(getattr(rows, name), (count,), f"instances.{name}")
     require(len(rows.names) == count, "instances.names has another length")
+    for name, values in rows.attributes.items():
+        shape(values, (count, 4), f"instances.attributes {name}")
 
 
 def check_graph(graph: data.Graph, images: int) -> None:

@@ -64,7 +64,7 @@ def test_disc(model, altitude, tmp_path):
             (np.stack([x.ravel(), y.ravel()]) + FIRST).astype(np.float32)
         )
     )
-    ours = seen(made.world, rays.d).T.reshape(SIZE, SIZE, 3)[::-1]
+    ours = seen(made.world, rays.d, made.view).T.reshape(SIZE, SIZE, 3)[::-1]
     error = (np.abs(ours - theirs) / (np.abs(theirs) + 0.01)).max(axis=-1)
     assert theirs.max() > 10 * np.median(theirs)
     assert (error > 1e-3).sum() <= SIZE // 4

@@ -17,7 +17,7 @@ import pytest
 from support.node_lanes import NodeLanes
 
 from pt_engine import nodes
-from pt_engine.nodes import color_nodes, inputs, ir, math_nodes, vector_nodes, voronoi_nodes
+from pt_engine.nodes import color_nodes, ir, light_path, math_nodes, vector_nodes, voronoi_nodes
 from pt_engine.nodes.compile import catalogue  # noqa: F401  (fills the registry)
 from pt_engine.nodes.coverage import CoverageLog
 from pt_engine.nodes.displacement import displaced_normal
@@ -130,7 +130,9 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
     "Displacement": settings(space=("OBJECT", "WORLD")),
     "VectorDisplacement": settings(space=("TANGENT", "OBJECT", "WORLD")),
     "Tangent": settings(axis=("X", "Y", "Z")) + [{"direction_type": "UV_MAP"}],
-    "TexCoord": settings(object_matrix=[None, tuple(np.eye(4).ravel().tolist())]),
+    "TexCoord": settings(object_matrix=[None, tuple(np.eye(4).ravel().tolist())], from_instancer=BOTH),
+    "Wireframe": settings(use_pixel_size=BOTH),
+    "Attribute": settings(attribute_name=["A", "tangent_sign"], attribute_type=("GEOMETRY", "OBJECT")),
     "BsdfGlossy": GLOSSY,
     "BsdfGlass": GLOSSY,
     "BsdfMetallic": settings(fresnel_type=("F82", "PHYSICAL_CONDUCTOR"), distribution="MULTI_GGX"),
@@ -141,10 +143,12 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
 }  # fmt: skip
 # of the nodes that compute only what some link reads
 OUTPUTS = {
-    *("Generated", "Normal", "UV", "Object", "Reflection"),
+    *("Generated", "Normal", "UV", "Object", "Reflection", "Camera", "Window"),
+    *("View Vector", "View Z Depth", "Index", "Age", "Lifetime", "Size", "Velocity"),
     *("Position", "Tangent", "True Normal", "Incoming", "Parametric", "Backfacing"),
+    *("Pointiness", "Random Per Island"),
     *("Color", "Alpha", "Location", "Object Index", "Random", "Value", "Dot"),
-    *("Ray Length", "Ray Depth", "Transparent Depth", "Diffuse Depth", *inputs.KINDS),
+    *("Ray Length", "Ray Depth", "Transparent Depth", "Diffuse Depth", *light_path.KINDS),
     *("Fac", "Fresnel", "Facing", "Quadratic", "Linear", "Constant"),
 }
 ISOTROPIC = ("Normal", "Tangent", "Anisotropic", "Anisotropy", "Coat Normal", "Vector", "Specular Tint")

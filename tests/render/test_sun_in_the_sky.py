@@ -6,6 +6,7 @@ from support import scenes as make
 from support.estimates import assert_same_mean, mean_and_error
 from support.rooms import ROUGH, room
 
+from pt_engine.core.view import View
 from pt_engine.nodes.world import compile_world
 from pt_engine.scene.prepare import prepare
 from pt_engine.scene.snapshot import Graph, Link, Node
@@ -56,7 +57,7 @@ def test_a_small_sun_costs_no_noise():
 def test_the_suns_irradiance_on_a_plane():
     """E = π sin²α·cosθ · mean L, L by a quadrature of the disc; the sky without its sun by its own map."""
     world = compile_world(sky(HALF_DEGREE))
-    with_sun, without = environment(world), environment(world.without_suns)
+    with_sun, without = environment(world, View()), environment(world.without_suns, View())
     (sun,) = world.suns
     rng = np.random.default_rng(0)
 
@@ -83,7 +84,7 @@ def test_the_suns_irradiance_on_a_plane():
 def test_a_sun_behind_the_horizon_is_no_light():
     world = compile_world(sky(HALF_DEGREE, sun_elevation=-0.2))
     assert len(world.suns) == 1
-    assert type(environment(world)).__name__ == "EnvironmentMap"
+    assert type(environment(world, View())).__name__ == "EnvironmentMap"
 
 
 def test_a_scene_knows_its_sun_once():

@@ -41,26 +41,30 @@ def cycles(scene):
     return np.ascontiguousarray(pixels.reshape(SIZE * SIZE, -1)[:, :3].T)
 
 
-def ours(sample=0.5):
-    """(3, n) our emission at the pixels' centres."""
-    scene = prepare(export()).with_pixels(SIZE, SIZE)
+def shot(ready, sample):
+    """(3, n) our emission, `sample` (x, y) of a pixel from its lower left corner."""
     y, x = np.mgrid[0:SIZE, 0:SIZE]
-    raster = (np.stack([x.ravel(), y.ravel()]) + sample).astype(np.float32)
-    rays = scene.camera.rays(raster)
+    raster = (np.stack([x.ravel(), y.ravel()]) + np.reshape(sample, (-1, 1))).astype(np.float32)
+    rays = ready.camera.at_resolution(SIZE, SIZE).rays(raster)
     rays = Rays(rays.o, rays.d, rays.tfar)
-    found = scene.intersect(rays)
-    radius, spread = scene.camera.footprint(rays.d)
+    found = ready.intersect(rays)
+    radius, spread = ready.camera.footprint(rays.d)
     out = np.zeros((3, SIZE * SIZE), np.float32)
     for smooth in (False, True):
-        on = scene.geometry.surface_smooth.take(found.surface) == smooth
-        lanes = np.flatnonzero(on & (scene.geometry.surface_material.take(found.surface) > 0))
-        si = scene.surface(rays, found, lanes)
-        kind = np.full(len(lanes), RayKind.CAMERA, np.int32)
-        zero = np.zeros(len(lanes), np.int32)
-        came = Arrivals(kind, zero, zero, radius.take(lanes), spread.take(lanes))
-        here = Lanes(scene, si, came, smooth)
-        batch = scene.materials.batches[scene.materials.batch_of[here.material[0]]]
+        on = ready.geometry.surface_smooth.take(found.surface) == smooth
+        lanes = np.flatnonzero(on & (ready.geometry.surface_material.take(found.surface) > 0))
+        if len(lanes) == 0:
+            continue
+        came = Arrivals.by(RayKind.CAMERA, len(lanes))
+        came = came._replace(radius=radius.take(lanes), spread=spread.take(lanes))
+        here = Lanes(ready, ready.surface(rays, found, lanes), came, smooth)
+        batch = ready.materials.batches[ready.materials.batch_of[here.material[0]]]
         value = batch.emission(here)
         if value is not None:
             out[:, lanes] = value
     return out
+
+
+def ours(sample=0.5):
+    """(3, n) our emission at the pixels' centres."""
+    return shot(prepare(export()).with_pixels(SIZE, SIZE), (sample, sample))

@@ -39,7 +39,7 @@ def export_material(material, images) -> Graph:
     graph = tree_graph(material, material.name, images, "from_material")
     if graph is None:
         return diffuse(material.name, tuple(material.diffuse_color))
-    return replace(graph, displacement_method=material.displacement_method)
+    return replace(graph, displacement_method=material.displacement_method, pass_index=material.pass_index)
 
 
 def tree_graph(owner, name: str, images, inline: str) -> Graph | None:
