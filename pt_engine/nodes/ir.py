@@ -40,6 +40,8 @@ class Op:
         Reads something that changes along the surface (Bump evaluates it at shifted positions).
     reads : callable
         Static arguments → names of the lane attributes it needs.
+    first_of : Op, optional
+        One that gives three components from the same arguments, this one's result the first of them.
     """
 
     function: Callable[..., Any]
@@ -47,6 +49,7 @@ class Op:
     lanes: bool = False
     moves: bool = False
     reads: Callable[..., tuple[str, ...]] = lambda *_: ()
+    first_of: Op | None = None
 
     @property
     def name(self) -> str:
@@ -211,6 +214,12 @@ def mean(v: Float32) -> Float32:
     return m
 
 
+def _first(c: Float32) -> Float32:
+    """The first of three components."""
+    x: Float32 = c[0]
+    return x
+
+
 def _spread(x: Float32) -> Float32:
     """A number as three equal components."""
     return np.broadcast_to(x, (3, x.shape[-1]))
@@ -237,6 +246,7 @@ def _one_minus(a: Float32) -> Float32:
 
 spread_color, spread_vector = Op(_spread, (COLOR,)), Op(_spread, (VECTOR,))
 as_color, as_vector = Op(_same, (COLOR,)), Op(_same, (VECTOR,))
+first_component = Op(_first, (FLOAT,))
 one_minus, one_minus_color = Op(_one_minus, (FLOAT,)), Op(_one_minus, (COLOR,))
 _product = {t: Op(_multiply, (t,)) for t in (FLOAT, COLOR, VECTOR)}
 _sum = {t: Op(_add, (t,)) for t in (FLOAT, COLOR, VECTOR)}

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from . import noise
 from .graph import NodeView
 from .inputs import coordinates
-from .ir import COLOR, FLOAT, Value, op, spread_color
+from .ir import COLOR, FLOAT, Op, Value, op, spread_color
+from .perlin import signed_noise
 from .registry import Outputs, node
 
 Float32 = NDArray[np.float32]
@@ -29,7 +30,7 @@ def distorted(point: list[Float32], amount: Float32) -> list[Float32]:
     """The point moved by noise, one offset per axis."""
     if not (amount != 0).any():
         return point
-    wobble = [noise.signed_noise(noise.moved(point, float(k))) for k in range(len(point))]
+    wobble = [signed_noise(noise.moved(point, float(k))) for k in range(len(point))]
     # rounded once, as the fused multiply-add in Cycles is: far from the origin a last bit shows
     return [
         (p + w.astype(np.float64) * amount).astype(np.float32) for p, w in zip(point, wobble, strict=True)
@@ -38,22 +39,6 @@ def distorted(point: list[Float32], amount: Float32) -> list[Float32]:
 
 def _settings(detail: Float32, roughness: Float32, *rest: Float32) -> tuple[Float32, ...]:
     return np.clip(detail, 0, 15), np.maximum(roughness, 0), *rest
-
-
-@op(FLOAT)
-def noise_value(
-    dimensions: int,
-    kind: str,
-    normalize: bool,
-    vector: Float32,
-    w: Float32,
-    scale: Float32,
-    distortion: Float32,
-    *settings: Float32,
-) -> Float32:
-    """The Noise texture's Factor."""
-    point = distorted(point_of(dimensions, vector, w, scale), distortion)
-    return noise.FRACTALS[kind](point, _settings(*settings), normalize)
 
 
 @op(COLOR)
@@ -73,6 +58,24 @@ def noise_color(
     others = [noise.moved(point, float(dimensions + k)) for k in (0, 1)]
     channels = [fractal(p, values, normalize) for p in (point, *others)]
     return np.stack(np.broadcast_arrays(*channels))
+
+
+def _noise_value(
+    dimensions: int,
+    kind: str,
+    normalize: bool,
+    vector: Float32,
+    w: Float32,
+    scale: Float32,
+    distortion: Float32,
+    *settings: Float32,
+) -> Float32:
+    """The Noise texture's Factor."""
+    point = distorted(point_of(dimensions, vector, w, scale), distortion)
+    return noise.FRACTALS[kind](point, _settings(*settings), normalize)
+
+
+noise_value: Final = Op(_noise_value, (FLOAT,), first_of=noise_color)
 
 
 @node("TexNoise")

@@ -233,7 +233,8 @@ def conversions() -> list[ir.Value]:
     normal = displaced_normal(raised, Link(1, "Displacement"))
     assert normal is not None
     direction = b.call(vector_nodes.normalized, values[1])  # of the Normal node, which always folds
-    return [*values, *made, normal, *direction]
+    part = b.call(ir.first_component, values[2])  # programs put it in, not nodes
+    return [*values, *made, normal, *direction, *part]
 
 
 def test_conversions_give_float32() -> None:

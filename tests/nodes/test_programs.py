@@ -216,3 +216,16 @@ def test_varying_emission_has_a_finite_estimate():
 def test_approximations_are_listed():
     compiled = compile_materials([shining(Node("TexSky", "sky", {}), socket="Color")])
     assert {entry.node: entry.state for entry in compiled.coverage}["sky"] == APPROXIMATE
+
+
+def test_noise_is_computed_once_for_its_color_and_its_factor():
+    """The factor is the color's first component: both cost three fractals, not four, of the same values."""
+    noise = Node("TexNoise", "noise", {"Vector": Link(0, "Color")})
+    alone = Node("Emission", "lamp", {"Color": Link(1, "Color"), "Strength": 1.0})
+    both = Node("Emission", "lamp", {"Color": Link(1, "Color"), "Strength": Link(1, "Fac")})
+    compiled = compile_materials([graph(attribute(), noise, alone), graph(attribute(), noise, both)])
+    assert [name for name in steps(compiled, 1) if "noise" in name] == ["noise_color"]
+    points = np.random.default_rng(0).random((3, 50), np.float32) * 10
+    color = emitted(compiled, 0, colors={"A": points})
+    squared = emitted(compiled, 1, colors={"A": points})
+    np.testing.assert_array_equal(squared, np.float32(color[0]) * color)
