@@ -6,10 +6,19 @@ import atexit
 
 import bpy
 
-from . import compatibility, object_panels, operators, panels, plugins, preferences, properties
+from . import (
+    compatibility,
+    coverage_panel,
+    object_panels,
+    operators,
+    panels,
+    plugins,
+    preferences,
+    properties,
+)
 from .engine import PTEngine
 
-PARTS = (properties, operators, panels, object_panels, compatibility, preferences)
+PARTS = (properties, operators, panels, coverage_panel, object_panels, compatibility, preferences)
 
 
 def registered() -> bool:

@@ -81,16 +81,20 @@ def _collect(count: int, batches: list[Batch], coverage: list[Coverage]) -> Mate
 
 def read_surface(graph: Graph, textures: TextureStore, log: CoverageLog) -> SurfaceBuilder:
     """The closures of a material's Surface output."""
-    builder = Builder()
-    out = SurfaceBuilder(builder)
-    reader = GraphReader(graph, builder, textures, log)
+    return surface_of(GraphReader(graph, Builder(), textures, log))
+
+
+def surface_of(reader: GraphReader) -> SurfaceBuilder:
+    """The closures of the Surface output of a reader's graph."""
+    graph, log = reader.graph, reader.log
+    out = SurfaceBuilder(reader.builder)
     moved = graph.outputs.get("Displacement")
     if moved is not None:
         reader.surface_normal = displaced_normal(reader, moved)
         note_displacement(graph, moved, log)
     link = graph.outputs.get("Surface")
     if link is not None:
-        reader.closures(link, builder.one, out)
+        reader.closures(link, reader.builder.one, out)
     out.only_one_transparent()
     note_other_outputs(graph, log)
     return out

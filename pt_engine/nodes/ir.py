@@ -8,7 +8,7 @@ sub-expressions), and a call whose arguments are all constant is evaluated at on
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -57,6 +57,10 @@ class Op:
 
     def __call__(self, *args: Any) -> Any:
         return self.function(*args)
+
+    def with_function(self, function: Callable[..., Any]) -> Op:
+        """The same with another function, for measurements."""
+        return replace(self, function=function)
 
 
 def op(*types: str) -> Callable[[Callable[..., Any]], Op]:

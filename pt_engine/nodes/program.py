@@ -7,6 +7,7 @@ lanes gather from by their material.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple, Protocol
 
@@ -161,6 +162,12 @@ class Entry:
             if table.fixed[k] is None:
                 self._gathers.append((k, table.varying[table.column[k]]))
         self.is_constant = not self.steps and not self._gathers
+
+    def with_steps(self, steps: Sequence[Step]) -> Entry:
+        """The same with other steps of the same shape, for measurements."""
+        other = copy.copy(self)
+        other.steps = list(steps)
+        return other
 
     def run(self, lanes: LanesLike) -> list[Float32]:
         """The roots' values."""

@@ -31,7 +31,7 @@ def attribute(name="A"):
 
 def steps(compiled, material=0):
     """Names of what the material's emission does at run time."""
-    entry = compiled.batches[compiled.batch_of[material]]._emission
+    entry = compiled.batches[compiled.batch_of[material]].emission_entry
     return [] if entry is None else [s.op.name for s in entry.steps]
 
 
