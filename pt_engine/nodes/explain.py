@@ -78,7 +78,7 @@ class Listing:
             seconds = measured(entry, self.lanes)
             total = f"{1e9 * sum(seconds) / self.lanes.n:.1f} ns per lane"
             yield ""
-            yield f"{title}: {len(entry.steps)} steps, {total} (ns of each step, one run, {self.lanes.n} lanes)"
+            yield f"{title}: {len(entry.steps)} steps, {total} (one run, {self.lanes.n} lanes)"
             users = use_counts(entry)
             for step, spent in zip(entry.steps, seconds, strict=True):
                 yield f"  {1e9 * spent / self.lanes.n:8.2f}  {self._step(step, users)}"

@@ -12,7 +12,7 @@ from pt_engine.nodes.registry import NODES
 
 @pytest.fixture(scope="module")
 def blend(tmp_path_factory):
-    """A cube of noisy, bevelled plastic with a dead branch; motion blur is on and something may move."""
+    """A cube of noisy, bevelled plastic with a dead branch, and three of plain plastic."""
     scene = engine_scene()
     material = bpy.data.materials.new("Plastic")
     if not material.node_tree:
@@ -42,9 +42,6 @@ def blend(tmp_path_factory):
         copy.data = copy.data.copy()
         copy.data.materials[0] = other
         scene.collection.objects.link(copy)
-    cube = bpy.data.objects["Cube"]
-    cube.keyframe_insert("location", frame=1)
-    scene.render.use_motion_blur = True
     path = tmp_path_factory.mktemp("inspection") / "scene.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
     return path
@@ -52,13 +49,15 @@ def blend(tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def bevel(monkeypatch):
-    """A node that is sure to be ignored."""
+    """A node that is sure to be ignored, and something that is sure not to be supported."""
 
     def ignored(n):
         n.ignored("edges stay sharp")
         return {"Normal": None}
 
     monkeypatch.setitem(NODES, "Bevel", ignored)
+    asked = [("Scene Scene", "fur", "the cube is bald")]
+    monkeypatch.setattr("pt_engine.blender.export.scene.scene_wide", lambda depsgraph, scene: asked)
 
 
 @pytest.fixture
@@ -82,16 +81,17 @@ def test_coverage_lists_every_node_and_what_else_the_file_asks_for(run, blend):
     listed = {line.split(None, 1)[1].partition(":")[0] for line in lines[start + 1 :] if line[:2] == "  "}
     assert {"Noise Texture", "Mix", "Value", "Math", "Principled BSDF", "Wave Texture"} <= listed
     assert "  exact        Wave Texture: has no effect on the image" in lines  # its mix has the factor 0
-    assert any(line.startswith("  ignored") and "motion blur" in line for line in lines)
-    assert lines.index("Also asked for") > start
+    also = lines.index("Also asked for")
+    assert lines[also + 1] == "  ignored      Scene Scene: fur: the cube is bald"
+    assert also > start
     states = [line.split()[0] for line in lines if line[:2] == "  "]
     assert lines[-1] == ", ".join(f"{states.count(s)} {s}" for s in ("exact", "approximate", "ignored"))
 
 
-def test_strict_coverage_ends_with_1(run, blend, tmp_path):
+def test_strict_coverage_ends_with_1(run, blend, tmp_path, monkeypatch):
     assert run("coverage", blend, "--strict")[0] == 1
+    monkeypatch.setattr("pt_engine.blender.export.scene.scene_wide", lambda depsgraph, scene: [])
     bpy.ops.wm.open_mainfile(filepath=str(blend))
-    bpy.context.scene.render.use_motion_blur = False
     tree = bpy.data.materials["Plastic"].node_tree
     tree.nodes.remove(tree.nodes["Bevel"])
     exact = tmp_path / "exact.blend"
