@@ -17,13 +17,13 @@ SHADING = """## Shading alone
 
 65,536 lanes; *programs* is what the shader graphs compute, *with BSDFs* adds one evaluation and one sample of
 the closures. Graphs are chains of a noise of two octaves, a ramp, a mix and a multiplication in turn.
-*Plain* Principled differ in colour and roughness, *mixed* also in what is 0 or 1: metallic, roughness, black."""
+*Plain* Principled differ in colour and roughness, *mixed* also in what is 0 or 1: metal, smooth, black."""
 
 FILES = """## Whole files against Cycles
 
 Equal samples, 14 edges, no clamping, no adaptive sampling, one process and one thread per file; ours is timed
-before and after Cycles, so that the spread shows how much the machine wavers. Cycles dices what the file asks to
-be subdivided adaptively (snow, flower), we do not."""
+before and after Cycles, so that the spread shows how much the machine wavers. Cycles dices what the file
+asks to be subdivided adaptively (snow, flower), we do not."""
 
 
 def page(results: Results) -> str:

@@ -39,8 +39,12 @@ def reflection_gain(alpha_x: Float32, alpha_y: Float32 | None, cos_i: Float32, a
     -------
     (3, N) or (1, N) float32, ≥ 1
     """
-    rough = table_roughness(alpha_x, alpha_y)
-    return _gain(_lookup("reflection", rough, cos_i), _row("reflection_average", rough), average)
+    return gain_over(reflection_albedo(alpha_x, alpha_y, cos_i), alpha_x, alpha_y, average)
+
+
+def gain_over(albedo: Float32, alpha_x: Float32, alpha_y: Float32 | None, average: Float32) -> Float32:
+    """The same where `reflection_albedo` is known."""
+    return _gain(albedo, _row("reflection_average", table_roughness(alpha_x, alpha_y)), average)
 
 
 def reflection_albedo(alpha_x: Float32, alpha_y: Float32 | None, cos_i: Float32) -> Float32:

@@ -120,8 +120,9 @@ def _gloss_layer(
     albedo: Float32 = base + (1 - base) * s
     gain: Float32 = np.ones((1, 1), np.float32)
     if multiscatter:
-        gain = energy.reflection_gain(*pair, cos, average)
-        albedo = albedo * (gain * energy.reflection_albedo(*pair, cos))
+        white = energy.reflection_albedo(*pair, cos)
+        gain = energy.gain_over(white, *pair, average)
+        albedo = albedo * (gain * white)
     left: Float32 = np.clip(1 - albedo.max(axis=0), 0, 1)
     return (gain[0] if grey else np.broadcast_to(gain, (3, gain.shape[1]))), left
 

@@ -218,6 +218,23 @@ def test_approximations_are_listed():
     assert {entry.node: entry.state for entry in compiled.coverage}["sky"] == APPROXIMATE
 
 
+@pytest.mark.parametrize(("second", "count"), [({}, 1), ({"Roughness": 0.5}, 2)])
+def test_equal_closures_are_one_with_the_sum_of_their_weights(second, count):
+    """w₁ f(x) + w₂ f(x) = (w₁ + w₂) f(x): two Lambertian closures are one, two different ones are not."""
+    nodes = (
+        attribute(),
+        Node("BsdfDiffuse", "a", {"Color": Link(0, "Color")}),
+        Node("BsdfDiffuse", "b", {"Color": rgba(0.25)} | second),
+        Node("AddShader", "sum", {"Shader": Link(1, "BSDF"), "Shader_001": Link(2, "BSDF")}),
+    )
+    compiled = compile_materials([graph(*nodes, socket="Shader")])
+    colors = np.random.default_rng(0).random((3, 5), np.float32)
+    closures = compiled.batches[0].closures(NodeLanes(colors={"A": colors}))
+    assert len(closures) == count
+    total = sum(np.broadcast_to(c.weight, (3, 5)) for c in closures)
+    np.testing.assert_allclose(total, colors + np.float32(0.25), rtol=1e-6)
+
+
 def test_noise_is_computed_once_for_its_color_and_its_factor():
     """The factor is the color's first component: both cost three fractals, not four, of the same values."""
     noise = Node("TexNoise", "noise", {"Vector": Link(0, "Color")})
