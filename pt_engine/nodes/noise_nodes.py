@@ -15,6 +15,7 @@ from .perlin import signed_noise
 from .registry import Outputs, node
 
 Float32 = NDArray[np.float32]
+FEW: Final = 4096  # lanes
 TWO_PI: Final = np.float32(2 * np.pi)
 
 
@@ -55,9 +56,14 @@ def noise_color(
     """The Noise texture's Color: its Factor in red, two more of its kind in green and blue."""
     point = distorted(point_of(dimensions, vector, w, scale), distortion)
     fractal, values = noise.FRACTALS[kind], _settings(*settings)
-    others = [noise.moved(point, float(dimensions + k)) for k in (0, 1)]
-    channels = [fractal(p, values, normalize) for p in (point, *others)]
-    return np.stack(np.broadcast_arrays(*channels))
+    points = [point, *(noise.moved(point, float(dimensions + k)) for k in (0, 1))]
+    size = max(a.shape[-1] for a in (*point, *values))
+    if size > FEW:
+        return np.stack(np.broadcast_arrays(*(fractal(p, values, normalize) for p in points)))
+    # few lanes: all three channels at once, because what numpy's calls cost by themselves counts then
+    wide = [np.concatenate([np.broadcast_to(p, size) for p in axis]) for axis in zip(*points, strict=True)]
+    repeated = [v if v.shape[-1] == 1 else np.tile(np.broadcast_to(v, size), 3) for v in values]
+    return fractal(wide, repeated, normalize).reshape(3, size)
 
 
 def _noise_value(

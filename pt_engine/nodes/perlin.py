@@ -215,7 +215,7 @@ class Grid:
             return None
         first, last = low.min(axis=1), low.max(axis=1)
         count = [int(n) for n in last - first + 2]
-        return cls(first, count) if 2 * np.prod(count, dtype=np.float64) < low.shape[1] else None
+        return cls(first, count) if np.prod(count, dtype=np.float64) < 1.5 * low.shape[1] else None
 
     def index(self, low: Float32, work: Work) -> Index:
         """Number of each corner's lattice point."""
