@@ -155,7 +155,10 @@ def _row(name: str, x: Float32) -> Float32:
 
 def _lookup(name: str, x: Float32, y: Float32) -> Float32:
     """Table [X, Y]: first along x, then along y."""
-    table = _tables()[name]
+    return _along(_tables()[name], x, y)
+
+
+def _along(table: Float32, x: Float32, y: Float32) -> Float32:
     columns = table.shape[1]
     i, t = _cell(x, table.shape[0])
     j, u = _cell(y, columns)
@@ -186,19 +189,18 @@ def _row2(name: str, x: Float32, z: Float32, block: Int32) -> Float32:
 
 
 def _lookup3(name: str, x: Float32, z: Float32, block: Int32, y: Float32) -> Float32:
-    """Table [X, blocks of 16 Z, Y]: along x, then z within the block, then y."""
+    """Table [X, blocks of 16 Z, Y]: along z within the block, then x, then y."""
     table = _tables()[name]
+    k, v = _cell(z, 16)
+    k = k + 16 * block
+    if k.size == 1:  # one index: blend two layers once
+        layer = table[:, k[0]] + v[0] * (table[:, k[0] + 1] - table[:, k[0]])
+        return _along(layer, x, y)
     width, columns = table.shape[1:]
     i, t = _cell(x, table.shape[0])
-    k, v = _cell(z, 16)
     j, u = _cell(y, columns)
     table = table.ravel()
-    base = (i * width + k + 16 * block) * columns
-    if base.size == 1:  # one roughness and index: blend four rows once
-        base = base + np.arange(columns, dtype=np.int32)
-        row = _plane(table, base, width * columns, columns, t, v)
-        return _lerp(row, j, j + 1, u)
-    base = base + j
+    base = (i * width + k) * columns + j
     low = _plane(table, base, width * columns, columns, t, v)
     high = _plane(table, base + 1, width * columns, columns, t, v)
     value: Float32 = low + u * (high - low)
@@ -206,7 +208,7 @@ def _lookup3(name: str, x: Float32, z: Float32, block: Int32, y: Float32) -> Flo
 
 
 def _plane(table: Float32, base: Int32, step_x: int, step_z: int, t: Float32, v: Float32) -> Float32:
-    low = _lerp(table, base, base + step_x, t)
-    high = _lerp(table, base + step_z, base + step_x + step_z, t)
-    value: Float32 = low + v * (high - low)
+    low = _lerp(table, base, base + step_z, v)
+    high = _lerp(table, base + step_x, base + step_x + step_z, v)
+    value: Float32 = low + t * (high - low)
     return value
