@@ -218,6 +218,15 @@ def test_approximations_are_listed():
     assert {entry.node: entry.state for entry in compiled.coverage}["sky"] == APPROXIMATE
 
 
+@pytest.mark.parametrize("mode", ["MIX", "SCREEN", "MULTIPLY", "DODGE"])
+def test_a_blend_of_factor_0_is_its_first_color(mode):
+    """As in Cycles, but for blends that clamp: they stay, at full cost."""
+    inputs = {"Factor_Float": 0.0, "A_Color": Link(0, "Color"), "B_Color": rgba(0.5)}
+    mix = Node("Mix", "mix", inputs, {"data_type": "RGBA", "blend_type": mode})
+    compiled = compile_materials([shining(attribute(), mix, socket="Result_Color")])
+    assert ("mix_color" in steps(compiled)) == (mode == "DODGE")
+
+
 @pytest.mark.parametrize(("second", "count"), [({}, 1), ({"Roughness": 0.5}, 2)])
 def test_equal_closures_are_one_with_the_sum_of_their_weights(second, count):
     """w₁ f(x) + w₂ f(x) = (w₁ + w₂) f(x): two Lambertian closures are one, two different ones are not."""
