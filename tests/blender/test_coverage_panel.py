@@ -120,6 +120,23 @@ def test_the_button_goes_to_the_node(scene):
     assert node_places.place_of("Worn", "Group/a/b").groups[0].name == "Group"
 
 
+def test_an_open_shader_editor_shows_the_tree_with_the_node(scene):
+    """Down into the group, and up again for a node outside of it."""
+    windows = bpy.context.window_manager.windows
+    area = max(windows[0].screen.areas, key=lambda area: area.width * area.height)
+    area.type = "NODE_EDITOR"
+    space = area.spaces.active
+    space.tree_type = "ShaderNodeTree"
+    bpy.ops.pt_engine.show_node(owner="Worn", node="Group/a/b")
+    assert space.edit_tree == bpy.data.node_groups["Edge"]
+    assert next(step.node_tree for step in space.path) == bpy.data.materials["Worn"].node_tree
+    bpy.ops.pt_engine.show_node(owner="Worn", node="Bevel")
+    assert space.edit_tree == bpy.data.materials["Worn"].node_tree
+    assert not space.pin
+    bpy.ops.pt_engine.show_node(owner="World", node="Background")
+    assert (space.edit_tree, space.shader_type) == (scene.world.node_tree, "WORLD")
+
+
 @pytest.mark.parametrize(("owner", "node"), [("Worn", "no such node"), ("no such material", "Bevel")])
 def test_a_node_that_is_gone_is_said_to_be(scene, owner, node):
     assert node_places.place_of(owner, node) is None
