@@ -161,16 +161,13 @@ def use_counts(entry: Entry) -> dict[int, int]:
 
 
 def input_names(step: Step) -> list[str]:
-    """The parameters of an op's function that its arguments are; those of `*rest` are numbered."""
-    parameters = list(inspect.signature(step.op.function).parameters.values())
-    parameters = parameters[step.op.lanes :]
-    names: list[str] = []
-    for p in parameters:
-        if p.kind is p.VAR_POSITIONAL:
-            while len(names) < len(step.static) + len(step.args):
-                names.append(f"{p.name}{len(names) - parameters.index(p)}")
-        else:
-            names.append(p.name)
+    """The parameters of an op's function that its arguments are."""
+    parameters = list(inspect.signature(step.op.function).parameters.values())[step.op.lanes :]
+    names = [p.name for p in parameters if p.kind is not p.VAR_POSITIONAL]
+    more = len(step.static) + len(step.args) - len(names)
+    if more > 0:
+        together = parameters[-1].name
+        names += step.op.rest or ([together] if more == 1 else [f"{together}{k}" for k in range(more)])
     return names[len(step.static) :][: len(step.args)]
 
 

@@ -42,6 +42,8 @@ class Op:
         Static arguments → names of the lane attributes it needs.
     first_of : Op, optional
         One that gives three components from the same arguments, this one's result the first of them.
+    rest : tuple of str
+        What the arguments are that the function takes together as `*arguments`.
     """
 
     function: Callable[..., Any]
@@ -50,6 +52,7 @@ class Op:
     moves: bool = False
     reads: Callable[..., tuple[str, ...]] = lambda *_: ()
     first_of: Op | None = None
+    rest: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -63,9 +66,9 @@ class Op:
         return replace(self, function=function)
 
 
-def op(*types: str) -> Callable[[Callable[..., Any]], Op]:
+def op(*types: str, rest: tuple[str, ...] = ()) -> Callable[[Callable[..., Any]], Op]:
     """Make a pure function of arrays an `Op`."""
-    return lambda function: Op(function, types)
+    return lambda function: Op(function, types, rest=rest)
 
 
 def lane_op(

@@ -42,7 +42,10 @@ def _settings(detail: Float32, roughness: Float32, *rest: Float32) -> tuple[Floa
     return np.clip(detail, 0, 15), np.maximum(roughness, 0), *rest
 
 
-@op(COLOR)
+SETTINGS: Final = ("detail", "roughness", "lacunarity", "offset", "gain")
+
+
+@op(COLOR, rest=SETTINGS)
 def noise_color(
     dimensions: int,
     kind: str,
@@ -81,7 +84,7 @@ def _noise_value(
     return noise.FRACTALS[kind](point, _settings(*settings), normalize)
 
 
-noise_value: Final = Op(_noise_value, (FLOAT,), first_of=noise_color)
+noise_value: Final = Op(_noise_value, (FLOAT,), first_of=noise_color, rest=SETTINGS)
 
 
 @node("TexNoise")

@@ -119,7 +119,7 @@ def test_explain_prints_steps_inputs_folded_and_dropped_nodes(run, blend):
     assert "Dropped, no effect here: Wave Texture" in out
     noise = next(line for line in out.splitlines() if "noise_color[" in line)
     assert "<- Noise Texture" in noise
-    assert "scale=" in noise
+    assert all(f"{name}=" in noise for name in ("vector", "scale", "detail", "lacunarity"))
     assert float(noise.split()[0]) > 0
     assert "closure diffuse: weight v" in out
     assert "Batch: alone" in out
