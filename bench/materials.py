@@ -26,15 +26,15 @@ from pt_engine.scene.snapshot import Graph, Link, Node
 from . import machine
 
 SIDE = 256  # lanes are the square of it
-REPEATS = 7
+REPEATS = 5
 NODES = (1, 3, 10, 30, 100)
 MATERIALS = (1, 10, 300)
 FILES = {
-    "nodevember-planet": (320, 180),
-    "nodevember-snow": (320, 180),
-    "nodevember-reptile": (320, 180),
-    "nodevember-flower": (240, 240),
-    "ignis-principled": (240, 240),
+    "nodevember-planet": (160, 90),
+    "nodevember-snow": (160, 90),
+    "nodevember-reptile": (160, 90),
+    "nodevember-flower": (160, 160),
+    "ignis-principled": (160, 160),
 }
 SHORT, LONG = 4, 36  # samples per pixel
 DEPTH = 14  # edges

@@ -80,6 +80,7 @@ def signed_noise(point: Point) -> Float32:
         part = slice(start, start + block)
         out[part] = _blended(axes[:, part], low[:, part], grid, work)
     out *= np.float32(SCALE[dimension - 1])
+    out += np.float32(0)  # of two zeros always the positive one, whichever corners were left out
     return out
 
 
@@ -92,27 +93,36 @@ def _periodic(p: Float32) -> Float32:
     return p
 
 
-def _corners(low: NDArray[Any], high: NDArray[Any], work: Work, name: str, kind: Any) -> list[Any]:
-    """Per axis its two corners, each along an array dimension of its own."""
+def _corners(
+    low: NDArray[Any], high: NDArray[Any], counts: list[int], work: Work, name: str, kind: Any
+) -> list[Any]:
+    """Per axis its `counts` corners, each along an array dimension of its own."""
     dimension, n = low.shape
     both = work.array(name, (dimension, 2, n), kind)
     both[:, 0], both[:, 1] = low, high
-    shapes = [[1] * dimension + [n] for _ in range(dimension)]
-    for axis, shape in enumerate(shapes):
-        shape[dimension - 1 - axis] = 2
-    return [b.reshape(s) for b, s in zip(both, shapes, strict=True)]
+    return [both[axis, :count].reshape(*_shape(axis, counts), n) for axis, count in enumerate(counts)]
+
+
+def _shape(axis: int, counts: list[int]) -> list[int]:
+    """Of one axis' corners."""
+    dimension = len(counts)
+    return [counts[axis] if k == dimension - 1 - axis else 1 for k in range(dimension)]
 
 
 def _blended(point: Float32, low: Float32, grid: Grid | None, work: Work) -> Float32:
-    """Unscaled noise of one block: the corners' slopes, blended along one axis after another."""
+    """Unscaled noise of one block: the corners' slopes, blended along one axis after another.
+
+    Along an axis on which all lanes lie on lattice points (z of a uv map) the blend is the nearer corner.
+    """
     part = point - low
-    offsets = _corners(part, part - np.float32(1), work, "offsets", np.float32)
+    counts = [2 if off else 1 for off in part.any(axis=1)]
+    offsets = _corners(part, part - np.float32(1), counts, work, "offsets", np.float32)
     if grid is None:
         cell = low.astype(np.int32).view(np.uint32)
-        index = _hashed(_corners(cell, cell + np.uint32(1), work, "keys", np.uint32), work)
+        index = _hashed(_corners(cell, cell + np.uint32(1), counts, work, "keys", np.uint32), work)
         slopes = GRADIENTS[len(point)]
     else:
-        index, slopes = grid.index(low, work), grid.slopes
+        index, slopes = grid.index(low, counts, work), grid.slopes
     values = work.array("values", index.shape, np.float32)
     term = work.array("term", index.shape, np.float32)
     for axis, offset in enumerate(offsets):
@@ -122,8 +132,11 @@ def _blended(point: Float32, low: Float32, grid: Grid | None, work: Work) -> Flo
         if axis:
             values += term
     faded = _fade(part)
-    for axis in range(len(point)):
-        near, far = values[..., 0, :], values[..., 1, :]
+    for axis, count in enumerate(counts):
+        near, far = values[..., 0, :], values[..., -1, :]
+        if count == 1:
+            values = near
+            continue
         values = np.subtract(far, near, out=term[..., 0, :] if axis == 0 else None)
         values *= faded[axis]
         values += near
@@ -217,15 +230,12 @@ class Grid:
         count = [int(n) for n in last - first + 2]
         return cls(first, count) if np.prod(count, dtype=np.float64) < 1.5 * low.shape[1] else None
 
-    def index(self, low: Float32, work: Work) -> Index:
+    def index(self, low: Float32, counts: list[int], work: Work) -> Index:
         """Number of each corner's lattice point."""
         steps = (low - self._first).astype(np.intp) * self._stride[:, None]
-        dimension, n = low.shape
-        index: Index = work.array("index", (*(2,) * dimension, n), np.intp)
-        corners = np.zeros((2,) * dimension, np.intp)
-        for axis, stride in enumerate(self._stride):
-            shape = [1] * dimension
-            shape[dimension - 1 - axis] = 2
-            corners = corners + np.array([0, stride], np.intp).reshape(shape)
+        index: Index = work.array("index", (*counts[::-1], low.shape[1]), np.intp)
+        corners = np.zeros((1,) * len(counts), np.intp)
+        for axis, (stride, count) in enumerate(zip(self._stride, counts, strict=True)):
+            corners = corners + (stride * np.arange(count, dtype=np.intp)).reshape(_shape(axis, counts))
         np.add(steps.sum(axis=0), corners[..., None], out=index)
         return index

@@ -28,6 +28,17 @@ def test_perlin_noise_does_not_depend_on_the_batch(dimension, extent):
     assert has_grid == (extent == 2)
 
 
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("extent", [2, 1e4])
+def test_noise_on_a_lattice_plane_needs_only_the_corners_there(axis, extent):
+    """A uv map's z is 0. A lane off the plane makes all corners count, and the others stay as they were."""
+    many = points(3, extent)
+    many[axis][:] = np.round(many[axis][0])
+    flat = perlin.signed_noise(many)
+    many[axis][-1] += np.float32(0.5)
+    np.testing.assert_array_equal(perlin.signed_noise(many)[:-1].view(np.uint32), flat[:-1].view(np.uint32))
+
+
 @pytest.mark.parametrize("dimension", [1, 2, 3])
 def test_the_shortened_hash_has_the_low_bits_of_the_whole(dimension):
     random = np.random.default_rng(0)
