@@ -175,13 +175,16 @@ def mix_node(n: NodeView) -> Outputs:
     return {"Result_Color": n.call(saturate_color, out) if n.prop("clamp_result", False) else out}
 
 
+CLAMPING = ("LIGHTEN", "DODGE", "BURN")  # blends that change their first colour even with the factor 0
+
+
 def blended(n: NodeView, mode: str, t: Value, names: tuple[str, str]) -> Value:
     """Two colour inputs blended; what a constant factor hides is not even compiled."""
     side = one_side(t)
     if mode not in BLENDS:
         n.ignored(f"blend mode {mode} is not understood: the first colour")
         return n.color(names[0], 0.5)
-    if mode == "MIX" and side >= 0:
+    if (side == 0 and mode not in CLAMPING) or (side == 1 and mode == "MIX"):
         return n.color(names[side], 0.5)
     return n.call(mix_color, t, n.color(names[0], 0.5), n.color(names[1], 0.5), static=(mode,))
 

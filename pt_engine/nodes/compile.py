@@ -101,16 +101,20 @@ def _collect(count: int, batches: list[Batch], coverage: list[Coverage]) -> Mate
 
 def read_surface(graph: Graph, textures: TextureStore, log: CoverageLog) -> SurfaceBuilder:
     """The closures of a material's Surface output."""
-    builder = Builder()
-    out = SurfaceBuilder(builder)
-    reader = GraphReader(graph, builder, textures, log)
+    return surface_of(GraphReader(graph, Builder(), textures, log))
+
+
+def surface_of(reader: GraphReader) -> SurfaceBuilder:
+    """The closures of the Surface output of a reader's graph."""
+    graph, log = reader.graph, reader.log
+    out = SurfaceBuilder(reader.builder)
     moved = graph.outputs.get("Displacement")
     if moved is not None and graph.displacement_method != "DISPLACEMENT":
         reader.surface_normal = displaced_normal(reader, moved)
         out.base = surface_normal(reader)
     link = graph.outputs.get("Surface")
     if link is not None:
-        reader.closures(link, builder.one, out)
+        reader.closures(link, reader.builder.one, out)
     out.only_one_transparent()
     if lets_light_through(out):
         effect = "emitters behind count about once; Cycles counts those with a size twice where the two mix"

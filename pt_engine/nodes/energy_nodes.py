@@ -137,8 +137,9 @@ def _gloss_layer(
         albedo = _under_film(albedo, cos, eta, *film)
     gain: Float32 = np.ones((1, 1), np.float32)
     if multiscatter:
-        gain = energy.reflection_gain(*pair, cos, average)
-        albedo = albedo * (gain * energy.reflection_albedo(*pair, cos))
+        white = energy.reflection_albedo(*pair, cos)
+        gain = energy.gain_over(white, *pair, average)
+        albedo = albedo * (gain * white)
     if dark:
         albedo = albedo * (more[-1] > 0)
     left: Float32 = np.clip(1 - albedo.max(axis=0), 0, 1)

@@ -8,7 +8,7 @@ sub-expressions), and a call whose arguments are all constant is evaluated at on
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -40,6 +40,10 @@ class Op:
         Reads something that changes along the surface (Bump evaluates it at shifted positions).
     reads : callable
         Static arguments → names of the lane attributes it needs.
+    first_of : Op, optional
+        One that gives three components from the same arguments, this one's result the first of them.
+    rest : tuple of str
+        What the arguments are that the function takes together as `*arguments`.
     """
 
     function: Callable[..., Any]
@@ -47,6 +51,8 @@ class Op:
     lanes: bool = False
     moves: bool = False
     reads: Callable[..., tuple[str, ...]] = lambda *_: ()
+    first_of: Op | None = None
+    rest: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -55,10 +61,14 @@ class Op:
     def __call__(self, *args: Any) -> Any:
         return self.function(*args)
 
+    def with_function(self, function: Callable[..., Any]) -> Op:
+        """The same with another function, for measurements."""
+        return replace(self, function=function)
 
-def op(*types: str) -> Callable[[Callable[..., Any]], Op]:
+
+def op(*types: str, rest: tuple[str, ...] = ()) -> Callable[[Callable[..., Any]], Op]:
     """Make a pure function of arrays an `Op`."""
-    return lambda function: Op(function, types)
+    return lambda function: Op(function, types, rest=rest)
 
 
 def lane_op(
@@ -217,6 +227,12 @@ def mean(v: Float32) -> Float32:
     return m
 
 
+def _first(c: Float32) -> Float32:
+    """The first of three components."""
+    x: Float32 = c[0]
+    return x
+
+
 def _spread(x: Float32) -> Float32:
     """A number as three equal components."""
     return np.broadcast_to(x, (3, x.shape[-1]))
@@ -243,6 +259,7 @@ def _one_minus(a: Float32) -> Float32:
 
 spread_color, spread_vector = Op(_spread, (COLOR,)), Op(_spread, (VECTOR,))
 as_color, as_vector = Op(_same, (COLOR,)), Op(_same, (VECTOR,))
+first_component = Op(_first, (FLOAT,))
 one_minus, one_minus_color = Op(_one_minus, (FLOAT,)), Op(_one_minus, (COLOR,))
 _product = {t: Op(_multiply, (t,)) for t in (FLOAT, COLOR, VECTOR)}
 _sum = {t: Op(_add, (t,)) for t in (FLOAT, COLOR, VECTOR)}

@@ -254,7 +254,8 @@ def conversions() -> list[ir.Value]:
     ).value(Link(2, "Color"), 0)
     assert lit is not None
     direction = b.call(vector_nodes.normalized, values[1])  # of the Normal node, which always folds
-    return [*values, *made, normal, lit, *direction]
+    part = b.call(ir.first_component, values[2])  # programs put it in, not nodes
+    return [*values, *made, normal, lit, *direction, *part]
 
 
 def test_conversions_give_float32() -> None:
