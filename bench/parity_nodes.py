@@ -18,15 +18,15 @@ from .report import table
 
 HEADER = """# Shader nodes against Cycles
 
-Made by `python -m bench.parity` with Blender {version}; not edited by hand. Every node of the shader editor whose
-outputs are values, under every combination of its settings: the output as emission, one sample a pixel,
-rendered by Cycles and evaluated by us. Each row is {ordinary} pixels of ordinary inputs, {hostile} of hostile ones
-(zeros, negatives, integers and their neighbours, the tiny and the huge, so far as Cycles itself neither
-divides by 0 nor overflows) and {extreme} of extreme ones (up to 1e20 in every input).
+Made by `python -m bench.parity` with Blender {version}; not edited by hand. Every node of the shader editor
+whose outputs are values, under every combination of its settings: the output as emission, one sample a
+pixel, rendered by Cycles and evaluated by us. Each row is {ordinary} pixels of ordinary inputs, {hostile} of
+hostile ones (zeros, negatives, integers and their neighbours, the tiny and the huge, so far as Cycles itself
+neither divides by 0 nor overflows) and {extreme} of extreme ones (up to 1e20 in every input).
 
 Differences are |ours − Cycles| / (|Cycles| + 0.01). **Exact**: at most {tolerance:g} at every ordinary pixel,
-and at all hostile ones but {share:.0%}. *Torn*: share of pixels, ordinary / hostile, that differ more, but whose
-Cycles value lies among ours of inputs four units in the last place away: jumps, borders of cells,
+and at all hostile ones but {share:.0%}. *Torn*: share of pixels, ordinary / hostile, that differ more, but
+whose Cycles value lies among ours of inputs four units in the last place away: jumps, borders of cells,
 cancellation. *Extreme*: share of pixels that are equal or torn. Maximum and mean are those of the
 ordinary pixels that are not torn.
 
@@ -58,7 +58,7 @@ def page(kinds: Sequence[str]) -> str:
                     ["node", "settings", "output", "state", "effect"],
                     [said(f) for f in findings if f.state != EXACT],
                 ),
-                "## They look at the scene\n\nA sheet cannot tell whether these are right; other tests do.\n\n"
+                "## They look at the scene\n\nNo sheet can tell whether these are right; other tests do.\n\n"
                 + table(
                     ["node", "settings", "outputs"],
                     looking([f for f in findings if f.state == EXACT and f.reads]),
@@ -83,7 +83,9 @@ def summary(sheets: Sequence[Finding]) -> str:
     exact = sum(f.is_exact for f in sheets)
     kinds = {f.case.kind for f in sheets}
     whole = sum(all(f.is_exact for f in sheets if f.case.kind == kind) for kind in kinds)
-    return f"{exact} of {len(sheets)} rows, and {whole} of {len(kinds)} kinds of nodes in all their rows, are exact."
+    return (
+        f"{exact} of {len(sheets)} rows are exact, {whole} of {len(kinds)} kinds of nodes in all their rows."
+    )
 
 
 def row(f: Finding) -> list[str]:

@@ -1,4 +1,4 @@
-"""Node by node, our programs give what Cycles gives (the Cycles inside bpy), over ordinary and hostile inputs.
+"""Node by node, our programs give what Cycles gives (the Cycles inside bpy), whatever the inputs.
 
 The questions are enumerated from this Blender (`support.parity`): here each value of a setting once with
 each value of another; `python -m bench.parity` asks all combinations. A node may say in the coverage

@@ -2,7 +2,8 @@
 
 "Exact" is |ours − Cycles| ≤ 1e-4·(|Cycles| + 0.01). Where a pixel is not, it is *torn*, not wrong, if
 Cycles' value lies among ours of inputs at most four units in the last place away: a jump, a cell's border,
-cancellation; and on hostile faces if it is no further away than such a unit of the largest input. What is not finite counts as 0, as in Cycles' film.
+cancellation; and on hostile faces if it is no further away than such a unit of the largest input. What is
+not finite counts as 0, as in Cycles' film.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ class Recipe(NamedTuple):
     Attributes
     ----------
     ranges : socket identifier → (low, high) of its ordinary values
-    limits : socket identifier → (low, high) of its hostile values, where Cycles itself divides by 0 or overflows
+    limits : socket identifier → (low, high) of its hostile values, short of where Cycles divides by 0
     options : setting → values, beside or instead of those found
     idle : settings → names of those that do nothing beside the others
     setups : name → function of the node, for what is no plain setting (ramps, curves)
