@@ -27,13 +27,13 @@ Made by `python -m bench.parity` with Blender {version}; not edited by hand.
 Patches of a plane under a white sky: what a closure of colour (0.8, 0.4, 0.1) scatters toward the camera in
 all, at five cosines of the angle to the normal. Cells are max |ours − Cycles| / max(Cycles, 0.05) over the
 channels, in per cent, and Cycles' own noise. Ours is a quadrature over the compiled closures. *Exact*: below
-{tolerance:.1%} and four standard errors of the noise at all angles; both engines' tables for light that bounces between
-facets are good to about that.
+{tolerance:.1%} and four standard errors of the noise at all angles; both engines' tables for light that bounces
+between facets are good to about that.
 
 """
 SPHERES = """## Spheres
 
-Every closure on a sphere under a graded sky and two softboxes, {samples} samples and two seeds by each
+Every exact closure on a sphere under a graded sky and two softboxes, {samples} samples and two seeds by each
 engine. *Beyond noise*: RMS difference of 3 × 3 cells after the noise of both is taken off, over the mean;
 *p*: of the most different cell by Welch's test with both variances, corrected for their number.
 
@@ -65,19 +65,20 @@ def row(ones: Sequence[Reflected]) -> list[str]:
     patch, first = ones[0].patch, ones[0]
     cells = [f"{100 * one.error:.2f} ± {100 * one.sigma:.2f}" for one in ones]
     exact = all(one.error < TOLERANCE + 4 * one.sigma for one in ones)
-    state = ("exact" if exact else "**differs**") if first.state == EXACT else f"{first.state}: {first.effect}"
+    state = (
+        ("exact" if exact else "**differs**") if first.state == EXACT else f"{first.state}: {first.effect}"
+    )
     words = " ".join(str(value) for _, value in patch.settings)
     inputs = ", ".join(f"{name} {value:g}" for name, value in patch.inputs)
     return [patch.kind, words, inputs, *cells, state]
 
 
-def ball(name: str, state: str, effect: str, agreement: spheres.Agreement) -> list[str]:
+def ball(name: str, agreement: spheres.Agreement) -> list[str]:
     """One line: a sphere."""
-    said = "agrees" if agreement.agrees(tolerance=0.01) else "**differs**"
     return [
         name,
         f"{100 * agreement.error:.2f} % (≤ {100 * agreement.error_high:.2f} %)",
         f"{100 * agreement.noise:.2f} %",
         f"{agreement.p:.2g}",
-        said if state == EXACT else f"{said}; {state}: {effect}",
+        "agrees" if agreement.agrees(tolerance=0.01) else "**differs**",
     ]

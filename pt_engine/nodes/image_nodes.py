@@ -17,7 +17,7 @@ from .registry import Outputs, node
 from .vector_nodes import unit
 
 Float32 = NDArray[np.float32]
-MISSING = (1.0, 0.0, 1.0)
+MISSING = (1.0, 0.0, 1.0)  # as Cycles has it, without an image as well as where its file is gone
 
 
 @op(COLOR, FLOAT)
@@ -120,8 +120,7 @@ def texture_of(n: NodeView, extension: str) -> Texture:
 @node("TexImage")
 def tex_image(n: NodeView) -> Outputs:
     if n.node.props.get("image") is None:
-        # Cycles gives black where the node has no image at all, magenta where its file is missing
-        return {"Color": n.constant(0.0, COLOR), "Alpha": n.constant(0.0, FLOAT)}
+        return {"Color": n.constant(MISSING, COLOR), "Alpha": n.constant(1.0, FLOAT)}
     try:
         texture = texture_of(n, str(n.prop("extension", "REPEAT")))
     except ImageError as problem:
@@ -146,7 +145,7 @@ def environment_map(texture: Texture, projection: str, direction: Float32) -> tu
 @node("TexEnvironment")
 def tex_environment(n: NodeView) -> Outputs:
     if n.node.props.get("image") is None:
-        return {"Color": n.constant(0.0, COLOR), "Alpha": n.constant(0.0, FLOAT)}
+        return {"Color": n.constant(MISSING, COLOR), "Alpha": n.constant(1.0, FLOAT)}
     try:
         texture = texture_of(n, "REPEAT")
     except ImageError as problem:

@@ -15,6 +15,8 @@ from support.cycles import by_cycles, by_engine
 from support.ztest import Agreement, compare
 
 from pt_engine.nodes.compile import compile_materials
+from pt_engine.nodes.coverage import EXACT
+from pt_engine.scene.snapshot import Graph
 
 from .closures import Patch, exported, material, patches
 from .measure import worst
@@ -22,12 +24,22 @@ from .measure import worst
 CELL = 16  # pixels along a sphere's cell
 
 
-def chosen() -> list[Patch]:
-    """One patch for each combination of a kind's settings, the closures that are mixed among them."""
+def chosen() -> list[tuple[Patch, Any]]:
+    """A patch, with its material, for each combination of a kind's settings that we say is exact.
+
+    Others would light their neighbours wrongly.
+    """
     first: dict[Any, Patch] = {}
-    for patch in patches():
+    for patch in sorted(patches(), key=lambda patch: patch.inputs != (("Roughness", 0.3),)):
         first.setdefault((patch.kind, patch.settings), patch)
-    return list(first.values())
+    made = [(patch, material(patch)) for patch in first.values()]
+    graphs = exported([one for _, one in made])
+    return [pair for pair, graph in zip(made, graphs, strict=True) if is_exact(graph)]
+
+
+def is_exact(graph: Graph) -> bool:
+    """Whether the coverage says so of every node."""
+    return worst(compile_materials([graph]).coverage)[0] == EXACT
 
 
 def mixed(kind: str) -> Any:
@@ -79,20 +91,20 @@ def studio(materials: Sequence[Any]) -> tuple[int, int]:
     return columns, rows
 
 
-def compared(samples: int, folder: Path) -> list[tuple[str, str, str, Agreement]]:
-    """(name, state, effect, agreement of its cell) of every sphere."""
+def compared(samples: int, folder: Path) -> list[tuple[str, Agreement]]:
+    """Name, and agreement of the cell, of every sphere."""
     empty_scene()
     every = chosen()
-    materials = [material(patch) for patch in every] + [mixed(k) for k in ("MixShader", "AddShader")]
+    materials = [one for _, one in every] + [mixed(k) for k in ("MixShader", "AddShader")]
     columns, rows = studio(materials)
     size = (CELL * columns, CELL * rows)
     ours, theirs = by_engine(samples, size), by_cycles(samples, size, folder)
-    names = [patch.name for patch in every] + ["MixShader", "AddShader"]
+    names = [patch.name for patch, _ in every] + ["MixShader", "AddShader"]
     found = []
-    for k, (name, graph) in enumerate(zip(names, exported(materials), strict=True)):
+    for k, name in enumerate(names):
         rows_of = slice(k // columns * CELL, (k // columns + 1) * CELL)
         columns_of = slice(k % columns * CELL, (k % columns + 1) * CELL)
         part = [np.ascontiguousarray(image[rows_of, columns_of, :3]) for image in (*ours, *theirs)]
         agreement = compare((part[0], part[1]), (part[2], part[3]), grid=(3, 3))
-        found.append((name, *worst(compile_materials([graph]).coverage), agreement))
+        found.append((name, agreement))
     return found
