@@ -27,8 +27,8 @@ Made by `python -m bench.parity` with Blender {version}; not edited by hand.
 Patches of a plane under a white sky: what a closure of colour (0.8, 0.4, 0.1) scatters toward the camera in
 all, at five cosines of the angle to the normal. Cells are max |ours − Cycles| / max(Cycles, 0.05) over the
 channels, in per cent, and Cycles' own noise. Ours is a quadrature over the compiled closures. *Exact*: below
-{tolerance:.1%} and four standard errors of the noise at all angles; both engines' tables for light that bounces
-between facets are good to about that.
+{tolerance:.1%} and four standard errors of the noise at all angles; both engines' tables for light that
+bounces between facets are good to about that.
 
 """
 SPHERES = """## Spheres
