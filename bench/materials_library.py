@@ -30,8 +30,8 @@ HEADER = """# A library of node materials
 Made by `python -m bench.materials_library`; not edited by hand. The materials of
 artistafrustrado/materials_library (GitHub, CC0), saved by Blender 2.76 and converted by Blender {version} as
 it opens them, each on a ball over a plane under even light: exported, compiled, rendered ({size} × {size}
-pixels, {samples} samples, two seeds); where all its nodes are exact, compared with Cycles. *Differs*: more than
-{limit:.0%} of the mean beyond the noise, and significantly (p < 0.001).
+pixels, {samples} samples, two seeds); where all its nodes are exact, compared with Cycles. *Differs*: more
+than {limit:.0%} of the mean beyond the noise, and significantly (p < 0.001).
 
 """
 

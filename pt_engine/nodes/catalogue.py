@@ -2,6 +2,7 @@
 
 from . import (  # noqa: F401  (their import is what registers the kinds)
     color_nodes,
+    gabor,
     image_nodes,
     inputs,
     math_nodes,

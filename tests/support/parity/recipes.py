@@ -183,7 +183,11 @@ RECIPES = {
         limits=OCTAVES | {"Detail Roughness": (-0.5, 2.0)},
         reach=TEXTURES,
     ),
-    "TexGabor": Recipe({"Anisotropy": UNIT, "Frequency": (0.5, 4.0)}, reach=TEXTURES),
+    "TexGabor": Recipe(
+        {"Anisotropy": UNIT, "Frequency": (0.5, 4.0), "Orientation 3D": (0.1, 2.0)},
+        limits={"Scale": (1e-3, 1e3), "Orientation 3D": (1e-3, 1e3)},  # along z Cycles divides 0 by 0
+        reach=TEXTURES,
+    ),
     "TexImage": Recipe(elsewhere="tests/textures"),
     "TexEnvironment": Recipe(elsewhere="tests/textures"),
     "RadialTiling": Recipe({"Sides": (2.0, 9.0), "Roundness": UNIT}),
