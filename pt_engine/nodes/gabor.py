@@ -113,8 +113,8 @@ def gabor(
     spread = SPREAD[dimensions]
     value: Float32 = imaginary / spread * np.float32(0.5) + np.float32(0.5)
     phase: Float32 = (np.arctan2(imaginary, real) + PI) / (2 * PI)
-    intensity: Float32 = np.sqrt(real * real + imaginary * imaginary) / spread
-    return value, phase, intensity
+    size: Float32 = np.sqrt(real * real + imaginary * imaginary)
+    return value, phase, size / spread
 
 
 @node("TexGabor")
