@@ -11,7 +11,7 @@ from .inputs import coordinates
 from .ir import COLOR, FLOAT, VECTOR, Value, mean, op, spread_color
 from .math_nodes import divide, select, smooth_step
 from .registry import Outputs, node
-from .vector_nodes import separate, truncated_modulo
+from .vector_nodes import separate
 
 Float32 = NDArray[np.float32]
 
@@ -161,7 +161,7 @@ def tex_gradient(n: NodeView) -> Outputs:
 @op(COLOR)
 def magic(depth: int, p: Float32, scale: Float32, distortion: Float32) -> Float32:
     """Psychedelic sines of sines."""
-    px, py, pz = truncated_modulo(p * scale, np.full(1, 2 * np.pi, np.float32))
+    px, py, pz = np.fmod(p * scale, np.float32(2 * np.pi))
     x = np.sin((px + py + pz) * 5)
     y = np.cos((-px + py - pz) * 5)
     z = -np.cos((-px - py + pz) * 5)
