@@ -15,7 +15,7 @@ from pt_engine.nodes.coverage import EXACT
 from .report import table
 
 COSINES = (1.0, 0.8, 0.5, 0.25, 0.1)
-SAMPLES = 1024  # per pixel, seed and picture; a patch has 16 pixels
+SAMPLES = 256  # per pixel, seed and picture; a patch has 16 pixels
 SPHERE_SAMPLES = 64
 TOLERANCE = 4e-3
 HEADER = """# Closures against Cycles
