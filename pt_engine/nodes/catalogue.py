@@ -9,6 +9,7 @@ from . import (  # noqa: F401  (their import is what registers the kinds)
     displacement,
     eevee,
     falloff_nodes,
+    gabor,
     geometry_nodes,
     hair,
     ies_nodes,

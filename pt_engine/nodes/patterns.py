@@ -11,6 +11,7 @@ from .graph import NodeView
 from .ir import COLOR, FLOAT, VECTOR, Value, mean, op, spread_color
 from .math_nodes import divide, select, smooth_step
 from .registry import Outputs, node
+from .vector_nodes import separate
 
 Float32 = NDArray[np.float32]
 
@@ -41,8 +42,7 @@ def checker(p: Float32) -> Float32:
 @op(COLOR)
 def either(f: Float32, one: Float32, other: Float32) -> Float32:
     """`one` where f is 1, `other` where it is 0."""
-    out: Float32 = other + f * (one - other)
-    return out
+    return select(f == 1, one, other)
 
 
 @node("TexChecker")
@@ -216,8 +216,6 @@ def white_noise_color(*p: Float32) -> Float32:
 
 @node("TexWhiteNoise")
 def tex_white_noise(n: NodeView) -> Outputs:
-    from .vector_nodes import separate
-
     dimensions = int(str(n.prop("noise_dimensions", "3D"))[0])
     x, y, z = n.calls(separate, n.vector("Vector"))
     w = n.float("W")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..core import vectors
 from .graph import NodeView
 from .ir import FLOAT, VECTOR, Value, lane_op, op
-from .math_nodes import divide, modulo, power, round_half_up, select, wrap
+from .math_nodes import divide, floored_modulo, power, round_half_up, select
 from .registry import Outputs, node
 
 Float32 = NDArray[np.float32]
@@ -26,6 +26,17 @@ def unit(a: Float32) -> Float32:
     """a/|a|, 0 for the zero vector."""
     size = vectors.length(a)
     return a / (size + (size == 0))  # type: ignore[no-any-return]
+
+
+def truncated_modulo(a: Float32, b: Float32) -> Float32:
+    """a − b·trunc(a/b), 0 where b is 0: what Cycles' vectors have, which rounds otherwise than C's fmod."""
+    zero = b == 0
+    return select(zero, np.float32(0), a - np.trunc(a / (b + zero)) * b)
+
+
+def wrap_vector(value: Float32, high: Float32, low: Float32) -> Float32:
+    """value moved into [low, high) by whole ranges; `low` is added last."""
+    return floored_modulo(value - low, high - low) + low
 
 
 def project(a: Float32, b: Float32) -> Float32:
@@ -66,8 +77,8 @@ VECTOR_MATH: dict[str, Callable[[Float32, Float32, Float32, Float32], Any]] = {
     "FLOOR": lambda a, b, c, s: np.floor(a),
     "CEIL": lambda a, b, c, s: np.ceil(a),
     "FRACTION": lambda a, b, c, s: a - np.floor(a),
-    "MODULO": lambda a, b, c, s: modulo(a, b),
-    "WRAP": lambda a, b, c, s: wrap(a, b, c),
+    "MODULO": lambda a, b, c, s: truncated_modulo(a, b),
+    "WRAP": lambda a, b, c, s: wrap_vector(a, b, c),
     "SNAP": lambda a, b, c, s: np.floor(divide(a, b)) * b,
     "SINE": lambda a, b, c, s: np.sin(a),
     "COSINE": lambda a, b, c, s: np.cos(a),

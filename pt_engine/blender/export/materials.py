@@ -54,8 +54,18 @@ def tree_graph(owner, name: str, images, inline: str) -> Graph | None:
     inliner = getattr(bpy.types, "InlineShaderNodes", None)
     if inliner is not None and not understood(tree):
         inlined = getattr(inliner, inline)(owner)  # owns the tree: keep it until it has been read
-        return flatten(inlined.node_tree, name, images)
+        graph = flatten(inlined.node_tree, name, images)
+        return replace(graph, notes=(*graph.notes, *undefined(tree)))
     return flatten(tree, name, images)
+
+
+def undefined(tree) -> list[tuple[str, str]]:
+    """Notes on nodes of unknown types that feed something: the inliner leaves them out, as Cycles does."""
+    found = []
+    for node in tree.nodes:
+        if node.bl_idname == "NodeUndefined" and any(socket.is_linked for socket in node.outputs):
+            found.append((node.name, "a node of an unknown type: what it feeds keeps its own value"))
+    return found
 
 
 def diffuse(name: str, color) -> Graph:
