@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import hashes
+from .coordinates import coordinates
 from .graph import NodeView
-from .inputs import coordinates
 from .ir import FLOAT, op
 from .math_nodes import select
 from .registry import Outputs, node
