@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..textures.daylight import daylight
+from ..textures.hosek import hosek
 from ..textures.sky import MODELS, Settings, Sky, sky
 from ..textures.sky_multiple import Air
 from .coordinates import coordinates, generated
@@ -69,9 +70,12 @@ def settings(n: NodeView, model: str) -> Settings:
 
 def legacy(n: NodeView, kind: str) -> Radiance:
     """The models in closed form."""
-    if kind != "PREETHAM":
-        n.approximate(f"the model {kind} is not known: rendered as PREETHAM")
     sun = np.array(n.prop("sun_direction", (0.0, 0.0, 1.0)), np.float32)
     size = np.sqrt((sun * sun).sum())
     sun = sun / size if size > 0 else np.array([0, 0, 1], np.float32)
-    return daylight(tuple(float(x) for x in sun), float(n.prop("turbidity", 2.2)))
+    toward, turbidity = tuple(float(x) for x in sun), float(n.prop("turbidity", 2.2))
+    if kind == "HOSEK_WILKIE":
+        return hosek(toward, turbidity, float(n.prop("ground_albedo", 0.3)))
+    if kind != "PREETHAM":
+        n.approximate(f"the model {kind} is not known: rendered as PREETHAM")
+    return daylight(toward, turbidity)

@@ -24,6 +24,7 @@ NO_SUN = {"sun_disc": False}  # with a sun Blender's node has no Vector: see tes
 EVENING = NO_SUN | {"sun_elevation": 0.02, "sun_rotation": 2.0, "altitude": 3000.0}
 HAZE = NO_SUN | {"sun_elevation": 1.9, "air_density": 2.0, "aerosol_density": 5.0, "ozone_density": 0.0}
 NIGHT = NO_SUN | {"sun_elevation": -0.15, "sun_rotation": -1.0, "altitude": 0.0}
+HOSEK = ((2.2, 0.3, 0.8), (1.0, 1.0, 0.3), (10.0, 0.0, 0.02), (6.7, 0.8, 3.0))
 
 HEAD = "IESNA:LM-63-1995\n[TEST] none\nTILT={}\n1 1000 {} {} {} {} 1 0.1 0.2 0.3\n0.9 1.1 50\n"
 
@@ -111,6 +112,19 @@ CASES = {
     "Preetham, turbid": (
         "TexSky", "Color", {"sky_type": "PREETHAM", "sun_direction": (-0.7, 0.1, 0.05), "turbidity": 8.0},
     ),
+    **{
+        f"Hosek, {turbidity}, {albedo}, {height}": (
+            "TexSky",
+            "Color",
+            {
+                "sky_type": "HOSEK_WILKIE",
+                "sun_direction": (0.3, -0.5, height),
+                "turbidity": turbidity,
+                "ground_albedo": albedo,
+            },
+        )
+        for turbidity, albedo, height in HOSEK
+    },
     **{f"luminaire, {name}": ("TexIES", "Fac", {"ies": text(body)}) for name, body in LUMINAIRES.items()},
     **{name: ("TexEnvironment", "Color", settings) for name, settings in MAPS.items()},
     "map of floats": ("TexEnvironment", "Color", {"image": picture("Linear Rec.709", True)}),

@@ -123,7 +123,7 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
         projection_blend=0.3,
     ),
     "TexEnvironment": settings(image=0, projection=("EQUIRECTANGULAR", "MIRROR_BALL")),
-    "TexSky": settings(sky_type=("SINGLE_SCATTERING", "MULTIPLE_SCATTERING", "PREETHAM")),
+    "TexSky": settings(sky_type=("SINGLE_SCATTERING", "MULTIPLE_SCATTERING", "PREETHAM", "HOSEK_WILKIE")),
     "TexIES": settings(ies_text=("", CANDLE)),
     "NormalMap": settings(space=SPACES, convention=("OPENGL", "DIRECTX")),
     "Bump": settings(invert=BOTH),

@@ -215,7 +215,7 @@ def test_varying_emission_has_a_finite_estimate():
 
 def test_approximations_are_listed():
     compiled = compile_materials(
-        [shining(Node("TexSky", "sky", {}, {"sky_type": "HOSEK_WILKIE"}), socket="Color")]
+        [shining(Node("TexSky", "sky", {}, {"sky_type": "TOMORROW"}), socket="Color")]
     )
     assert {entry.node: entry.state for entry in compiled.coverage}["sky"] == APPROXIMATE
 
