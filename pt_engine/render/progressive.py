@@ -121,11 +121,12 @@ def render(
     order = morton_order(x1 - x0, y1 - y0)
     film = Film(x1 - x0, y1 - y0, key=film_key(settings), order=order)
     sampler = SAMPLERS[settings.sampler](settings.seed)
-    worker = Worker(scene, settings, INTEGRATORS[settings.integrator](settings), sampler)
+    integrator = INTEGRATORS[settings.integrator](settings)
+    worker = Worker(scene, settings, integrator, sampler)
     progress = Progress(film, settings, time.perf_counter())
     threads = settings.threads or os.cpu_count() or 1
     with kept_buffers():
-        work = units(settings, order)
+        work = units(settings, order, integrator.waves)
         for result in in_parallel(worker, work, threads, lambda: progress.stopped or out_of_time(progress)):
             deposit(progress, result)
             on_progress(progress)

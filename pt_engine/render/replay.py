@@ -120,8 +120,8 @@ class Recorder:
         """Add an event."""
         self.events.append(Event(what, numbers, contribution))
 
-    def intersect(self, rays: Rays) -> Intersection:
-        found = self._scene.intersect(rays)
+    def intersect(self, rays: Rays, kind: str = "") -> Intersection:
+        found = self._scene.intersect(rays, kind)
         if rays.tfar[0] > 0 and found.surface[0] == SKY:
             self.note("the ray leaves the scene")
         return found
