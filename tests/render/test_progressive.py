@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from support import scenes as make
 
-from pt_engine.render import integrators
 from pt_engine.render.integrator import INTEGRATORS, Integrator
 from pt_engine.render.path import Path
 from pt_engine.render.progressive import Progress, render
