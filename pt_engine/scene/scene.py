@@ -338,7 +338,7 @@ class Scene:
 
     def unoccluded(self, si: Surface, light: LightSample, contribution: Float32, limit: int) -> Float32:
         """`contribution` where nothing lies between; dimmed by up to `limit` transparent surfaces."""
-        lit = vectors.max3(contribution) > 0
+        lit = vectors.max3(np.abs(contribution)) != 0  # negative ones too; NaN is not hidden
         tfar = light.distance * lit - ~lit  # −1 switches a ray off
         side = np.copysign(si.bound, vectors.dot(si.ng, light.wo))
         o = si.p + side * si.ng
