@@ -31,11 +31,15 @@ class Integrator(ABC):
         Identifier on the command line; a subclass that has one is registered under it.
     label, description : str
         What the panel shows.
+    signed : bool
+        Whether its estimates may be below 0 by right; else such samples are dropped and reported, where
+        no light of the scene is negative.
     """
 
     name: ClassVar[str] = ""
     label: ClassVar[str] = ""
     description: ClassVar[str] = ""
+    signed: ClassVar[bool] = False
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
