@@ -199,6 +199,30 @@ def negative() -> float:
     return values[0] / values[1]
 
 
+@LIGHT.case(
+    "surfaces that take light away",
+    "an emission below 0 is no emission to whoever asks for more than 0",
+    "mean radiance of a floor below a square of −1 and one of 1, over that below a black one",
+    1.0,
+    5e-3,
+    "noise",
+)
+def negative_surfaces() -> float:
+    camera = make.orthographic((0, 0, 0.5), (0, 0, 0), 0.5)
+    floor = (FLOOR, np.eye(4), make.diffuse(0.5))
+    squares = [
+        (make.quad(1.0), make.translation(0, 0, 1.0), make.emission(radiance, f"emission {radiance}"))
+        for radiance in (-1.0, 1.0)
+    ]
+    shade = [(mesh, matrix, make.diffuse(0.0)) for mesh, matrix, _ in squares[:1]]
+    values = []
+    for objects in ([floor, squares[0]], [floor, squares[1]], [floor, *shade]):
+        snapshot = make.scene(objects, camera, sky=make.world(1.0))
+        result = make.rendered(snapshot, 8, samples=256, sampler="sobol", max_depth=2)
+        values.append(float(result.image()[..., :3].mean()))
+    return (values[0] + values[1]) / (2 * values[2])
+
+
 def sky_of(image: Float64) -> EnvironmentMap:
     """An environment that looks its radiance up in an image without interpolation."""
     height, width = image.shape
