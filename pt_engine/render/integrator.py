@@ -33,12 +33,16 @@ class Integrator(ABC):
         What the panel shows.
     waves : int
         How many wavefronts of `lanes` rays `sample` takes at once; it then has to divide them itself.
+    signed : bool
+        Whether its estimates may be below 0 by right; else such samples are dropped and reported, where
+        no light of the scene is negative.
     """
 
     name: ClassVar[str] = ""
     label: ClassVar[str] = ""
     description: ClassVar[str] = ""
     waves: ClassVar[int] = 1
+    signed: ClassVar[bool] = False
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
