@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import sys
+
 import pytest
 
+from pt_engine.blender.cli import main
 from pt_engine.selftest.case import Group, run
 from pt_engine.selftest.command import selftest
 from pt_engine.selftest.table import GROUPS, cases, closing, line, markdown
@@ -76,3 +79,14 @@ def test_the_command_prints_a_table_and_tells_whether_all_hold(monkeypatch, caps
     assert "ok   made up: easy" in told
     assert "FAIL made up: slow" in told
     assert (tmp_path / "page.md").read_text(encoding="utf-8").count("| easy |") == 1
+
+
+def test_the_command_line_needs_no_blender(monkeypatch, capsys):
+    """`python -m pt_engine selftest`: code 0 if all hold, 1 if not, and bpy is not imported for it."""
+    monkeypatch.setitem(sys.modules, "bpy", None)  # importing it would raise
+    for measured, code in ((1.0, 0), (2.0, 1)):
+        group = Group("made up")
+        group.case("row", "why", "number", 1.0, 0.0, "because")(lambda measured=measured: measured)
+        monkeypatch.setattr("pt_engine.selftest.table.GROUPS", (group,))
+        assert main(["selftest"]) == code
+    assert "1 of 1 cases failed" in capsys.readouterr().out
