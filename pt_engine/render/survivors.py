@@ -18,7 +18,7 @@ from .path_state import PathState
 
 Float32 = NDArray[np.float32]
 Spans = list[tuple[int, slice]]
-RR_LIMIT = np.float32(0.95)  # no path is immortal, whatever its throughput
+RR_LEAST, RR_LIMIT = np.float32(0.01), np.float32(0.95)  # no path is lost for good, and none immortal
 
 
 class Wave(NamedTuple):
@@ -134,14 +134,14 @@ def runs(sizes: list[int], limit: int) -> list[slice]:
 
 
 def roulette(path: PathState, strength: Float32, u: Float32) -> None:
-    """Let a path survive with probability q = min(max β, 0.95) and divide its β by q: unbiased.
+    """Let a path survive with probability q = max β, within [0.01, 0.95], and divide its β by q: unbiased.
 
-    Blender's materials refract without the η² of radiance, so β needs no correction for it. `strength`,
+    Below 2⁻²⁴ no random number but 0 could tell q from nothing, hence the least. Blender's materials refract without the η² of radiance, so β needs no correction for it. `strength`,
     max β, becomes 0 where the path ends.
     """
-    q = np.minimum(strength, RR_LIMIT)
+    q = np.clip(strength, RR_LEAST, RR_LIMIT)
     survives = u < q
-    path.beta *= survives / np.maximum(q, np.float32(1e-30))
+    path.beta *= survives / q
     strength *= survives
 
 

@@ -192,6 +192,19 @@ def bright_roulette() -> float:
     return worst([roulette_mean(beta) for beta in (0.5, 1.0, 50.0, 1e6)], 1.0)
 
 
+@STATISTICS.case(
+    "roulette with throughput near 0",
+    "no uniform but 0 is below 2⁻²⁴: a path of less would live too often or never",
+    "expected throughput over that before, for β = 1e-2, 1e-6, 1e-9",
+    1.0,
+    1e-4,
+    "uniforms are multiples of 2⁻²⁴, and no path survives with less than a hundredth",
+    naive=lambda: 2.0**-24 / 1e-9,
+)
+def faint_roulette() -> float:
+    return worst([roulette_mean(beta) for beta in (1e-2, 1e-6, 1e-9)], 1.0)
+
+
 def uniforms(
     sampler: Sampler, pixel: NDArray[np.integer], sample: NDArray[np.integer], dimension: int = 5
 ) -> Float32:

@@ -88,7 +88,7 @@ MUTATIONS = (
     Mutation(
         "roulette that does not divide by its chance",
         "render/survivors.py",
-        "path.beta *= survives / np.maximum(q, np.float32(1e-30))",
+        "path.beta *= survives / q",
         "path.beta *= survives",
         "tests/render/test_survivors.py",
     ),
