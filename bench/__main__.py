@@ -1,5 +1,7 @@
 """`python -m bench stages|renders|memory|textures|all`: measure, write JSON, and with `all` docs/numbers.md.
 
+`python -m bench materials` writes docs/materials-speed.md.
+
 `python -m bench page` writes docs/numbers.md from what the last separate measurements left.
 """
 
@@ -19,7 +21,8 @@ from .shapes import MODELS
 def main() -> None:
     """Parse the command line and measure."""
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
-    parser.add_argument("what", choices=("stages", "renders", "memory", "textures", "all", "page"))
+    kinds = ("stages", "renders", "memory", "textures", "all", "page", "materials")
+    parser.add_argument("what", choices=kinds)
     parser.add_argument("--scene", action="append", choices=tuple(MODELS), help="may be repeated")
     parser.add_argument("--sampler", default="independent", help="of `stages`")
     parser.add_argument("--passes", type=int, default=6, help="of `stages`: the best of so many")
@@ -27,6 +30,9 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=machine.ROOT / "out" / "bench", help="for the scenes")
     parser.add_argument("--json", type=Path, help="where to write the results (default: FOLDER/WHAT.json)")
     arguments = parser.parse_args()
+    if arguments.what == "materials":
+        materials_page()
+        return
     results = measured(arguments)
     path = arguments.json or arguments.folder / f"{arguments.what}.json"
     path.write_text(json.dumps(results, indent=1), encoding="utf-8")
@@ -36,6 +42,16 @@ def main() -> None:
     sys.stdout.write(text)
     if arguments.what in ("all", "page"):
         (machine.ROOT / "docs" / "numbers.md").write_text(text, encoding="utf-8")
+
+
+def materials_page() -> None:
+    """Measure what materials cost, and write the page."""
+    from .materials import materials
+    from .materials_page import page
+
+    text = page({"machine": machine.description(), "materials": materials()})
+    sys.stdout.write(text)
+    (machine.ROOT / "docs" / "materials-speed.md").write_text(text, encoding="utf-8")
 
 
 def measured(arguments: argparse.Namespace) -> dict[str, Any]:

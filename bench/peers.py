@@ -17,6 +17,16 @@ import numpy as np
 from .shapes import FRAMES, MODELS, RR_DEPTH, Ball, Frame, Model, Part, View
 
 SHORT, LONG = 4, 36
+CYCLES_PLAIN = {
+    "device": "CPU",
+    "use_adaptive_sampling": False,
+    "use_denoising": False,
+    "use_guiding": False,
+    "sample_clamp_direct": 0.0,
+    "sample_clamp_indirect": 0.0,
+    "light_sampling_threshold": 0.0,
+    "blur_glossy": 0.0,
+}
 
 
 def pace(render: Any, frame: Frame) -> float:
@@ -54,17 +64,8 @@ def cycles_pace(blend: Path) -> dict[str, Any]:
     bpy.ops.wm.open_mainfile(filepath=str(blend))
     scene, frame = bpy.context.scene, FRAMES[blend.stem]
     scene.render.engine, scene.render.threads_mode, scene.render.threads = "CYCLES", "FIXED", 1
-    chosen = {
-        "device": "CPU",
-        "use_adaptive_sampling": False,
-        "use_denoising": False,
-        "use_guiding": False,
-        "sample_clamp_indirect": 0.0,
-        "light_sampling_threshold": 0.0,
-        "blur_glossy": 0.0,
-    }
     bounces = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces")
-    for name, value in (chosen | dict.fromkeys(bounces, frame.max_depth - 2)).items():
+    for name, value in (CYCLES_PLAIN | dict.fromkeys(bounces, frame.max_depth - 2)).items():
         setattr(scene.cycles, name, value)
 
     def render(samples: int) -> None:

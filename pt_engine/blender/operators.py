@@ -36,7 +36,7 @@ class PTENGINE_OT_check_scene(bpy.types.Operator):
     """List what of this scene is not rendered exactly, without rendering it"""
 
     bl_idname = "pt_engine.check_scene"
-    bl_label = "Check the Scene"
+    bl_label = "Inspect"
 
     def execute(self, context):
         scene = context.scene

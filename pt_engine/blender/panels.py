@@ -6,7 +6,7 @@ import bpy
 
 from .compatibility import ENGINE
 from .record import Session
-from .words import count, coverage_lines, duration, estimated_error, shortened
+from .words import count, duration, estimated_error
 
 LINES = 24  # of a listing
 
@@ -110,22 +110,6 @@ class PTENGINE_RENDER_PT_integrator_files(RenderPanel, bpy.types.Panel):
         self.layout.operator("pt_engine.load_integrators", icon="FILE_REFRESH")
 
 
-class PTENGINE_RENDER_PT_coverage(RenderPanel, bpy.types.Panel):
-    bl_label = "Coverage"
-    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
-
-    def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.prop(context.scene.pt_engine, "strict")
-        layout.operator("pt_engine.check_scene", icon="VIEWZOOM")
-        record = Session.checked or Session.last
-        if record is None:
-            return
-        lines = coverage_lines(record.coverage)
-        listing(layout, shortened(lines, LINES) or ["All of it is rendered exactly"])
-
-
 class PTENGINE_RENDER_PT_statistics(RenderPanel, bpy.types.Panel):
     bl_label = "Statistics"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
@@ -172,7 +156,6 @@ PROPERTY_CLASSES = tuple(property_panel(*row) for row in PROPERTY_PANELS)
 CLASSES = (
     *PROPERTY_CLASSES,
     PTENGINE_RENDER_PT_integrator_files,
-    PTENGINE_RENDER_PT_coverage,
     PTENGINE_RENDER_PT_statistics,
 )
 

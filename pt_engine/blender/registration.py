@@ -8,6 +8,7 @@ import bpy
 
 from . import (
     compatibility,
+    coverage_panel,
     object_panels,
     operators,
     panels,
@@ -18,7 +19,10 @@ from . import (
 )
 from .engine import PTEngine
 
-PARTS = (properties, operators, panels, object_panels, panorama_panel, compatibility, preferences)
+PARTS = (
+    *(properties, operators, panels, coverage_panel, object_panels, panorama_panel),
+    *(compatibility, preferences),
+)
 
 
 def registered() -> bool:

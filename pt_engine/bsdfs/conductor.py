@@ -14,12 +14,13 @@ that would bounce between facets.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from ..core.vectors import mean3
-from . import fresnel, reflection
+from . import fresnel, reflection, thin_film
 from .base import BSDFSample, Float32
 from .microfacet import GGX, Distribution
 
@@ -34,6 +35,8 @@ class Params(NamedTuple):
         Roughness along the frame's tangent and bitangent; `alpha_y` None: isotropic.
     color, edge_tint, eta, k : (3, N) float32
         See above.
+    film_thickness, film_ior : (N,) float32
+        Of a thin film (see `thin_film`), in nm, over the last two of the three.
     """
 
     alpha_x: Float32
@@ -42,10 +45,27 @@ class Params(NamedTuple):
     edge_tint: Float32 | None = None
     eta: Float32 | None = None
     k: Float32 | None = None
+    film_thickness: Float32 | None = None
+    film_ior: Float32 | None = None
 
 
 def facets(params: Params) -> reflection.Fresnel:
     """The facets' reflectance as a function of the cosine."""
+    plain = _bare(params)
+    film = thin_film.film_of(params.film_thickness, params.film_ior)
+    return lambda cos: thin_film.covered(film, cos, partial(_filmed, params), plain)
+
+
+def _filmed(params: Params, cos: Float32, film: thin_film.Film) -> Float32:
+    if params.eta is not None and params.k is not None:
+        return thin_film.over_conductor(cos, params.eta, params.k, film)
+    if params.color is None or params.edge_tint is None:
+        raise ValueError("a thin film needs metal given by eta and k, or by color and edge_tint")
+    b = fresnel.f82_slope(params.color, params.edge_tint)
+    return thin_film.over_f82(cos, params.color, b, film)
+
+
+def _bare(params: Params) -> reflection.Fresnel:
     color, tint, eta, k = params.color, params.edge_tint, params.eta, params.k
     if eta is not None and k is not None:
         complex_eta, complex_k = eta, k

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.vectors import mean3
-from . import fresnel, interface
+from . import fresnel, interface, thin_film
 from .base import BSDFSample, Float32
 from .microfacet import GGX, Distribution
 
@@ -32,6 +32,8 @@ class Params(NamedTuple):
         Index of the far side over the near one: the material's, or its inverse when leaving it.
     reflection_tint, transmission_tint, specular_tint : (3, N) float32 or None
         White where None.
+    film_thickness, film_ior : (N,) float32 or None
+        Of a thin film (see `thin_film`), in nm, and its index over that of the near side.
     """
 
     alpha: Float32
@@ -39,17 +41,19 @@ class Params(NamedTuple):
     reflection_tint: Float32 | None = None
     transmission_tint: Float32 | None = None
     specular_tint: Float32 | None = None
+    film_thickness: Float32 | None = None
+    film_ior: Float32 | None = None
 
 
 def law(params: Params) -> interface.Law:
     """What a facet reflects and transmits, as a function of the cosine."""
-    eta, tint = params.eta, params.specular_tint
-    if tint is None and params.reflection_tint is None and params.transmission_tint is None:
+    eta = params.eta
+    if all(p is None for p in params[2:]):
         return lambda cos: _clear(cos, eta)
     white = np.ones((3, 1), np.float32)
     tint_r = white if params.reflection_tint is None else params.reflection_tint
     tint_t = white if params.transmission_tint is None else params.transmission_tint
-    return lambda cos: _tinted(cos, eta, tint, tint_r, tint_t)
+    return lambda cos: _colored(cos, params, tint_r, tint_t)
 
 
 def _clear(cos: Float32, eta: Float32) -> interface.Split:
@@ -57,11 +61,15 @@ def _clear(cos: Float32, eta: Float32) -> interface.Split:
     return interface.Split(f[np.newaxis], (1.0 - f)[np.newaxis], f, g)
 
 
-def _tinted(
-    cos: Float32, eta: Float32, tint: Float32 | None, tint_r: Float32, tint_t: Float32
-) -> interface.Split:
+def _colored(cos: Float32, params: Params, tint_r: Float32, tint_t: Float32) -> interface.Split:
+    eta, tint = params.eta, params.specular_tint
     f, g = fresnel.dielectric(cos, eta)
-    colored = f[np.newaxis] if tint is None else fresnel.tinted(f, eta, tint)
+    colored = thin_film.covered(
+        thin_film.film_of(params.film_thickness, params.film_ior),
+        cos,
+        lambda c, film: thin_film.over_tinted(c, eta, tint, film),
+        lambda c: f[np.newaxis] if tint is None else fresnel.tinted(f, eta, tint),
+    )
     reflected, transmitted = colored * tint_r, (1.0 - colored) * tint_t
     mean_r, mean_t = mean3(reflected), mean3(transmitted)
     return interface.Split(reflected, transmitted, mean_r / (mean_r + mean_t + fresnel.TINY), g)

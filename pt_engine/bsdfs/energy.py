@@ -40,10 +40,12 @@ def reflection_gain(alpha_x: Float32, alpha_y: Float32 | None, cos_i: Float32, a
     -------
     (3, N) or (1, N) float32, ≥ 1
     """
-    tables, rough = _tables(), table_roughness(alpha_x, alpha_y)
-    return _gain(
-        plane(tables["reflection"], rough, cos_i), line(tables["reflection_average"], rough), average
-    )
+    return gain_over(reflection_albedo(alpha_x, alpha_y, cos_i), alpha_x, alpha_y, average)
+
+
+def gain_over(albedo: Float32, alpha_x: Float32, alpha_y: Float32 | None, average: Float32) -> Float32:
+    """The same where `reflection_albedo` is known."""
+    return _gain(albedo, line(_tables()["reflection_average"], table_roughness(alpha_x, alpha_y)), average)
 
 
 def reflection_albedo(alpha_x: Float32, alpha_y: Float32 | None, cos_i: Float32) -> Float32:
@@ -144,19 +146,18 @@ def _row2(name: str, x: Float32, z: Float32, block: Int32) -> Float32:
 
 
 def _lookup3(name: str, x: Float32, z: Float32, block: Int32, y: Float32) -> Float32:
-    """Table [X, blocks of 16 Z, Y]: along x, then z within the block, then y."""
+    """Table [X, blocks of 16 Z, Y]: along z within the block, then x, then y."""
     table = _tables()[name]
+    k, v = cell(z, 16)
+    k = k + 16 * block
+    if k.size == 1:  # one index: blend two layers once
+        layer = table[:, k[0]] + v[0] * (table[:, k[0] + 1] - table[:, k[0]])
+        return plane(layer, x, y)
     width, columns = table.shape[1:]
     i, t = cell(x, table.shape[0])
-    k, v = cell(z, 16)
     j, u = cell(y, columns)
     table = table.ravel()
-    base = (i * width + k + 16 * block) * columns
-    if base.size == 1:  # one roughness and index: blend four rows once
-        base = base + np.arange(columns, dtype=np.int32)
-        row = _plane(table, base, width * columns, columns, t, v)
-        return lerp(row, j, j + 1, u)
-    base = base + j
+    base = (i * width + k) * columns + j
     low = _plane(table, base, width * columns, columns, t, v)
     high = _plane(table, base + 1, width * columns, columns, t, v)
     value: Float32 = low + u * (high - low)
@@ -164,7 +165,7 @@ def _lookup3(name: str, x: Float32, z: Float32, block: Int32, y: Float32) -> Flo
 
 
 def _plane(table: Float32, base: Int32, step_x: int, step_z: int, t: Float32, v: Float32) -> Float32:
-    low = lerp(table, base, base + step_x, t)
-    high = lerp(table, base + step_z, base + step_x + step_z, t)
-    value: Float32 = low + v * (high - low)
+    low = lerp(table, base, base + step_z, v)
+    high = lerp(table, base + step_x, base + step_x + step_z, v)
+    value: Float32 = low + t * (high - low)
     return value

@@ -23,6 +23,7 @@ import numpy as np
 from .base import Float32
 
 TINY = 1e-37
+LARGEST_INDEX = np.float32(1e6)  # a perfect mirror for float32; its powers do not overflow
 F82_SCHLICK = (6.0 / 7.0) ** 5  # (1 − c)⁵ at c = 1/7
 F82_SCALE = 7.0 / (6.0 / 7.0) ** 6  # 1 / (c (1 − c)⁶) at c = 1/7
 
@@ -37,6 +38,7 @@ def dielectric(cos_i: Float32, eta: Float32) -> tuple[Float32, Float32]:
     eta : (N,) or (1,) float32
         Relative index, > 0.
     """
+    eta = np.minimum(eta, LARGEST_INDEX)
     d = (eta - 1.0) * (eta + 1.0)
     cos2 = cos_i * cos_i
     g2 = d + cos2

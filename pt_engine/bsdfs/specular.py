@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.vectors import mean3
-from . import fresnel, reflection
+from . import fresnel, reflection, thin_film
 from .base import BSDFSample, Float32
 from .microfacet import GGX
 
@@ -30,21 +30,31 @@ class Params(NamedTuple):
         Relative index of refraction.
     tint : (3, N) float32 or None
         Of the reflectance at normal incidence; white where None.
+    film_thickness, film_ior : (N,) float32 or None
+        Of a thin film (see `thin_film`), in nm.
     """
 
     alpha_x: Float32
     alpha_y: Float32 | None
     eta: Float32
     tint: Float32 | None = None
+    film_thickness: Float32 | None = None
+    film_ior: Float32 | None = None
 
 
 def facets(params: Params) -> reflection.Fresnel:
     """The facets' reflectance as a function of the cosine."""
     eta, tint = params.eta, params.tint
-    if tint is None:
-        return lambda cos: fresnel.dielectric(cos, eta)[0][np.newaxis]
-    color = tint
-    return lambda cos: fresnel.tinted(fresnel.dielectric(cos, eta)[0], eta, color)
+    film = thin_film.film_of(params.film_thickness, params.film_ior)
+
+    def plain(cos: Float32) -> Float32:
+        f = fresnel.dielectric(cos, eta)[0]
+        return f[np.newaxis] if tint is None else fresnel.tinted(f, eta, tint)
+
+    def coated(cos: Float32, film: thin_film.Film) -> Float32:
+        return thin_film.over_tinted(cos, eta, tint, film)
+
+    return lambda cos: thin_film.covered(film, cos, coated, plain)
 
 
 def eval_pdf(params: Params, wi: Float32, wo: Float32) -> tuple[Float32, Float32]:

@@ -84,6 +84,15 @@ class Camera(ABC):
             Ignored without a lens; None means the centre of the lens.
         """
 
+    def footprint(self, d: Float32) -> tuple[Float32, Float32]:
+        """How wide a pixel's ray is where it starts, and how fast it widens: (N,) each.
+
+        The mean length of what one pixel to the right and one up change of origin and direction, for rays
+        from the lens' centre along `d`; this one for rays all around.
+        """
+        spread = np.full(d.shape[1], np.float32(2 * np.pi / self.resolution[0]))
+        return spread * np.float32(self._near), spread
+
     def _plane(self, raster: Float32) -> Float32:
         """Points of `data.frame`: (2, N)."""
         plane: Float32 = raster * self._pixel + self._corner

@@ -13,6 +13,11 @@ Float32 = NDArray[np.float32]
 class Orthographic(Camera):
     """A point at depth z becomes a disk of diameter 2 r |1 − z/f| in the image plane."""
 
+    def footprint(self, d: Float32) -> tuple[Float32, Float32]:
+        """A pixel everywhere."""
+        n = d.shape[1]
+        return np.full(n, np.abs(self._pixel).mean(), np.float32), np.zeros(n, np.float32)
+
     def rays(self, raster: Float32, u_lens: Float32 | None = None) -> CameraRays:
         x, y = self._plane(raster)
         tfar = np.full(x.shape, self._length, np.float32)

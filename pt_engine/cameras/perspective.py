@@ -18,6 +18,14 @@ class Perspective(Camera):
     rays of a raster point start and end at the same distances.
     """
 
+    def footprint(self, d: Float32) -> tuple[Float32, Float32]:
+        """Of the direction (x, y, 1)/s, a step w in x changes (w/s)·√(1 − (x/s)²)."""
+        x, y, z = (dot(self._basis[:, i : i + 1], d) for i in range(3))  # x/s, y/s, 1/s
+        z = np.maximum(z, np.float32(1e-6))
+        width, height = np.abs(self._pixel[:, 0])
+        spread = 0.5 * z * (width * np.sqrt(1 - x * x) + height * np.sqrt(1 - y * y))
+        return spread * (np.float32(self._near) / z), spread
+
     def rays(self, raster: Float32, u_lens: Float32 | None = None) -> CameraRays:
         x, y = self._plane(raster)
         toward = self._world(x, y, 1.0)  # one unit deep

@@ -24,6 +24,19 @@ FAR = 1e30  # distance to what lies at infinity
 TINY = 1e-30  # keeps divisions by a squared length finite
 
 
+class LampShader(Protocol):
+    """A node tree that makes a lamp vary."""
+
+    @property
+    def brightness(self) -> float:
+        """Mean factor."""
+        ...
+
+    def factor(self, p: Float32, wo: Float32) -> Float32:
+        """(3, n) factor on what points p (3, n) receive from directions wo (3, n)."""
+        ...
+
+
 @dataclass(frozen=True)
 class Lamp:
     """A lamp ready to be tabulated.
@@ -35,11 +48,14 @@ class Lamp:
         Power (sun: irradiance) times colour times the node tree's factor.
     centre : (3,) float64
         Relative to the scene's recentring origin.
+    shader : LampShader or None
+        Another factor, where it varies.
     """
 
     data: LightData
     strength: Float64
     centre: Float64
+    shader: LampShader | None = None
 
     @property
     def linear(self) -> Float64:

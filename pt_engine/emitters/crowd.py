@@ -22,7 +22,7 @@ class Met(NamedTuple):
 
 
 class Crowd:
-    """All lamps with a size that are not suns.
+    """All lamps that are `boxed`.
 
     Parameters
     ----------

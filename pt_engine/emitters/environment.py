@@ -91,7 +91,7 @@ class EnvironmentMap:
 
     constant: Float64 | None = None
 
-    def __init__(self, image: Float32, radiance: Radiance) -> None:
+    def __init__(self, image: Float32 | Float64, radiance: Radiance) -> None:
         bright = np.nan_to_num(np.asarray(image, np.float64), nan=0.0, posinf=0.0, neginf=0.0)
         bright = bilinear_means(np.maximum(bright, 0.0))
         height, width = bright.shape

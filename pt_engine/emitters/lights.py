@@ -16,7 +16,7 @@ from ..core.distributions import AliasTable
 from ..core.uniforms import Uniforms
 from ..scene.snapshot import LightData
 from . import select
-from .base import FAR, NO_BARYCENTRIC, NO_LANES, Draw, Float32, Float64, Hits, Index, Lamp
+from .base import FAR, NO_BARYCENTRIC, NO_LANES, Draw, Float32, Float64, Hits, Index, Lamp, LampShader
 from .cuts import LocalChoice
 from .environment import Environment
 from .faces import Faces
@@ -100,6 +100,8 @@ class Lights:
     environment : Environment or None
     scene_radius : float
         Of a sphere around all there is to light: weighs suns and environment against the rest.
+    shaders : sequence of LampShader or None
+        Of each lamp whose node tree varies; () where none does.
     surfaces : Surfaces or None
         What there is to light, for a choice that depends on where; None for one by power alone.
     """
@@ -112,11 +114,13 @@ class Lights:
         triangles: TriangleEmitters | None = None,
         environment: Environment | None = None,
         scene_radius: float = 1.0,
+        shaders: Sequence[LampShader | None] = (),
         surfaces: Surfaces | None = None,
     ) -> None:
         factors = np.ones((len(lamps), 3)) if lamp_strength is None else np.asarray(lamp_strength, np.float64)
         centre, radius = np.asarray(origin, np.float64), max(float(scene_radius), 1e-6)
-        resolved = [_resolve(lamp, factor, centre) for lamp, factor in zip(lamps, factors, strict=True)]
+        shaders = shaders or [None] * len(lamps)
+        resolved = [_resolve(*row, centre) for row in zip(lamps, factors, shaders, strict=True)]
         shining = [lamp for lamp in resolved if select.lamp_power(lamp, radius) > 0.0]
         shining.sort(key=traits)  # stable; equal ones become neighbours
         of_lamps = [select.lamp_power(lamp, radius) for lamp in shining]
@@ -131,6 +135,7 @@ class Lights:
         self.chance = select.probabilities(self.power)
         self.names = tuple(lamp.data.name for lamp in shining)
         self.lamps = len(shining)
+        self.takes_light = any((lamp.strength < 0.0).any() for lamp in shining)
 
         self._lamps = lamp_parts(shining, self.chance)
         self._parts: list[Part] = [*self._lamps]
@@ -310,7 +315,7 @@ class Lights:
     def _met(self, o: Float32, d: Float32, t: Float32, of_camera: bool, place: Places) -> Iterator[Hits]:
         """What camera rays, or all others, meet of all lamps."""
         for part, first in zip(self._lamps, self._first, strict=False):
-            if self._crowd is None or part.distant:
+            if self._crowd is None or not part.boxed:
                 for row, hits in zip(part.rows(of_camera), part.hits(o, d, t, of_camera), strict=True):
                     yield self._here(hits, int(first) + row, place)
         if self._crowd is not None:
@@ -325,10 +330,10 @@ class Lights:
         return hits._replace(pdf=hits.pdf * ratio)
 
 
-def _resolve(data: LightData, factor: Float64, origin: Float64) -> Lamp:
+def _resolve(data: LightData, factor: Float64, shader: LampShader | None, origin: Float64) -> Lamp:
     """A lamp with its strength and its place."""
     strength = np.asarray(data.color, np.float64) * float(data.power) * factor
-    return Lamp(data, strength, np.asarray(data.matrix, np.float64)[:3, 3] - origin)
+    return Lamp(data, strength, np.asarray(data.matrix, np.float64)[:3, 3] - origin, shader)
 
 
 def _light_sample(draw: Draw, delta: bool, emitter: int | NDArray[np.int32]) -> LightSample:

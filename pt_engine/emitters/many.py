@@ -29,12 +29,10 @@ def crowd(
     surfaces: Surfaces | None,
 ) -> Crowd | None:
     """The lamps that rays find through boxes; None where they are few, or overlap in crowds."""
-    some = [k for k, part in enumerate(parts) if part.sized and not part.distant]
+    some = [k for k, part in enumerate(parts) if part.boxed]
     if surfaces is None or sum(parts[k].count for k in some) < CROWD:
         return None
     outlines = of_lamps(lamps, np.zeros(len(lamps)))
-    if not np.isfinite([outlines.low, outlines.high]).all():
-        return None
     chosen = [parts[k] for k in some], [first[k] for k in some]
     found = Crowd(*chosen, outlines.low, outlines.high, size, surfaces.accel)
     return None if found.boxes.crowded else found
@@ -81,8 +79,6 @@ def local_choice(
     far = np.setdiff1d(np.arange(len(power)), [*near, *(len(lamps) + np.arange(of_faces))])
     irradiance = power[far] / (np.pi * scene_radius**2)
     irradiance[far >= len(lamps)] *= 0.25  # the world's power counts what comes from all around
-    if not all(np.isfinite(column).all() for column in outlines):
-        return None
     bounds = outlines.low.min(axis=0), outlines.high.max(axis=0)
     places = Places(surfaces.vertices, surfaces.triangles, ENTRIES // LIKELY, surfaces.opaque, bounds)
     return LocalChoice(places, outlines, numbers, far, chance, irradiance)

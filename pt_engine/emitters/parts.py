@@ -13,7 +13,7 @@ from . import area, sun
 from .base import FAR, Draw, Float32, Float64, Hits, Index, Kind, Lamp
 from .ellipse import Ellipses
 from .environment import Environment
-from .point import DeltaPoints, DiskLamps, SphereLamps
+from .point import DeltaPoints, DiskLamps, SphereLamps, has_size
 from .rectangle import Rectangles
 from .spot import DeltaSpots, DiskSpots, SphereSpots
 
@@ -42,15 +42,15 @@ def sort_of(lamp: Lamp) -> type[Kind]:
         return Ellipses if area.is_ellipse(lamp) else Rectangles
     if data.kind not in ("POINT", "SPOT"):
         raise ValueError(f"lamp {data.name!r} is of unknown kind {data.kind!r}")
-    size = 0 if data.radius <= 0.0 else 1 if data.soft_falloff else 2
+    size = 0 if not has_size(lamp) else 1 if data.soft_falloff else 2
     return POINTS[size] if data.kind == "POINT" else SPOTS[size]
 
 
-def traits(lamp: Lamp) -> tuple[str, str, bool, bool, bool]:
+def traits(lamp: Lamp) -> tuple[str, str, bool, bool, bool, bool]:
     """Lamps with equal traits are sampled together."""
     data = lamp.data
     spread = data.kind == "AREA" and area.has_spread(lamp)
-    return data.kind, sort_of(lamp).__name__, spread, data.use_mis, data.cast_shadow
+    return data.kind, sort_of(lamp).__name__, spread, data.use_mis, data.cast_shadow, lamp.shader is not None
 
 
 class LampPart:
@@ -68,18 +68,27 @@ class LampPart:
         self.sized = not kind.delta
         self.delta = kind.delta or not data.use_mis or not data.cast_shadow
         self.camera = tuple(self.sized and bool(x.data.visibility & Visibility.CAMERA) for x in lamps)
-        self.distant = data.kind == "SUN"
         self._shadowless = not data.cast_shadow
+        self._shaders = [lamp.shader for lamp in lamps if lamp.shader is not None]  # of all, or of none
+        self.boxed = self.sized and data.kind != "SUN" and not self._shaders  # `crowd` may look for them
 
     def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
         """Draw from lamp `row[lane]`, or from the only one."""
         draw = self.kind.sample(row, p, u, v)
+        for number, shader in enumerate(self._shaders):
+            lanes = np.arange(u.size) if row is None else np.flatnonzero(row == number)
+            if lanes.size:
+                draw.weight[:, lanes] *= shader.factor(p.take(lanes, axis=1), draw.wo.take(lanes, axis=1))
         return draw._replace(distance=np.full(u.shape, -1.0, np.float32)) if self._shadowless else draw
 
     def hits(self, o: Float32, d: Float32, t: Float32, of_camera: bool) -> Iterator[Hits]:
         """What camera rays, or all others, meet of each lamp."""
         for row in self.rows(of_camera):
-            yield self.kind.hits(row, o, d, t)
+            hits = self.kind.hits(row, o, d, t)
+            if self._shaders and hits.lanes.size:
+                met = o.take(hits.lanes, axis=1), d.take(hits.lanes, axis=1)
+                hits = hits._replace(radiance=hits.radiance * self._shaders[row].factor(*met))
+            yield hits
 
     def rows(self, of_camera: bool) -> list[int]:
         """The lamps that camera rays, or all others, may meet."""

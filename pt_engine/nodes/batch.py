@@ -20,7 +20,8 @@ Float32 = NDArray[np.float32]
 class Closure(NamedTuple):
     """A scattering model at work: its module (see `bsdfs.base`), parameters and weight.
 
-    `normal` (3, n) None means `lanes.ns`; `tangent` (3, n) None any frame.
+    `normal` (3, n) None means `lanes.ns`; `tangent` (3, n) None any frame; `base` (3, n) is the surface's
+    own normal where displacement bends it.
     """
 
     bsdf: ModuleType
@@ -28,6 +29,7 @@ class Closure(NamedTuple):
     weight: Float32
     normal: Float32 | None
     tangent: Float32 | None
+    base: Float32 | None = None
 
 
 class Shape(NamedTuple):
@@ -46,6 +48,7 @@ class Plan(NamedTuple):
 
     structure: Structure
     closures: tuple[Shape, ...]
+    base: int
     emission: int
     transparency: int
     holdout: int
@@ -53,6 +56,23 @@ class Plan(NamedTuple):
 
 def plan(surface: SurfaceBuilder) -> tuple[Plan, list[Float32]]:
     """A material's plan, and the values of its constants."""
+    roots, shapes, base, others = roots_of(surface)
+    structure, constants = linearise(roots)
+    return Plan(structure, shapes, base, *others), constants
+
+
+def roots_of(
+    surface: SurfaceBuilder,
+) -> tuple[list[Value], tuple[Shape, ...], int, tuple[int, int, int]]:
+    """All values that a surface needs, and where in them its parts are.
+
+    Returns
+    -------
+    roots : list of Value
+    shapes : tuple of Shape
+    base : int
+    others : emission, transparency and holdout; −1 for none.
+    """
     roots: list[Value] = []
 
     def root(value: Value | None) -> int:
@@ -72,9 +92,9 @@ def plan(surface: SurfaceBuilder) -> tuple[Plan, list[Float32]]:
         )
         for leaf in surface.leaves
     )
+    base = root(surface.base)
     others = root(surface.emission), root(surface.transparency), root(surface.holdout)
-    structure, constants = linearise(roots)
-    return Plan(structure, shapes, *others), constants
+    return roots, shapes, base, others
 
 
 def model(name: str) -> ModuleType:
@@ -99,6 +119,8 @@ class Batch:
         Whether no closure is anything but a Dirac lobe (emitter sampling is then futile).
     kinds : tuple of str
         Names of the scattering models.
+    closure_entry, emission_entry, transparency_entry, holdout_entry : Entry
+        The ways into the program; all but the first None where there is nothing to compute.
     needs : frozenset of str
         Lane attributes the program reads: ``uv:NAME``, ``color:NAME``, ``tangent:NAME``, ``generated`` ...
     """
@@ -110,10 +132,10 @@ class Batch:
         self._modules = [model(s.bsdf) for s in plan.closures]
         others = plan.emission, plan.transparency, plan.holdout
         count = len(plan.structure.roots) - sum(root >= 0 for root in others)
-        self._closures = Entry(plan.structure, self.table, range(count))
-        self._emission = self._entry(plan.emission)
-        self._transparency = self._entry(plan.transparency)
-        self._holdout = self._entry(plan.holdout)
+        self.closure_entry = Entry(plan.structure, self.table, range(count))
+        self.emission_entry = self._entry(plan.emission)
+        self.transparency_entry = self._entry(plan.transparency)
+        self.holdout_entry = self._entry(plan.holdout)
         self.has_bsdf = bool(plan.closures)
         self.has_emission, self.has_transparency, self.has_holdout = (root >= 0 for root in others)
         self.delta_only = self.has_bsdf and all(s.dirac for s in plan.closures)
@@ -121,7 +143,7 @@ class Batch:
         self.transmits = any(getattr(module, "TRANSMITS", False) for module in self._modules)
         self._bends = any(s.normal >= 0 for s in plan.closures)
         self.kinds = tuple(s.bsdf for s in plan.closures)
-        entries = [self._closures, self._emission, self._transparency, self._holdout]
+        entries = [self.closure_entry, self.emission_entry, self.transparency_entry, self.holdout_entry]
         self.needs = frozenset(name for e in entries if e is not None for name in e.reads())
         self._params = self._fixed_params()
         self._made = self._fixed_closures()
@@ -133,16 +155,16 @@ class Batch:
         """Parameters that no lane can change, built now; None for the others."""
         made: list[Any] = []
         for shape, module in zip(self._shapes, self._modules, strict=True):
-            known = {name: self._closures.constant(k) for name, k in shape.params}
+            known = {name: self.closure_entry.constant(k) for name, k in shape.params}
             fixed = all(value is not None for value in known.values())
             made.append(params_of(module, known) if fixed else None)
         return made
 
     def _fixed_closures(self) -> list[Closure] | None:
         """All closures, where no lane can change any."""
-        if not self._closures.is_constant:
+        if not self.closure_entry.is_constant:
             return None
-        values = [self._closures.constant(k) for k in range(len(self._closures.outputs))]
+        values = [self.closure_entry.constant(k) for k in range(len(self.closure_entry.outputs))]
         return [self._closure(k, values, None) for k in range(len(self._shapes))]
 
     def _closure(self, number: int, values: Sequence[Float32 | None], ns: Float32 | None) -> Closure:
@@ -154,34 +176,35 @@ class Batch:
         weight = values[shape.weight]
         if weight is None:
             raise RuntimeError(f"{shape.bsdf} has no weight")
-        return Closure(module, params, weight, None if normal is ns else normal, tangent)
+        base = values[self.plan.base] if self.plan.base >= 0 else None
+        return Closure(module, params, weight, None if normal is ns else normal, tangent, base)
 
     def closures(self, lanes: LanesLike) -> list[Closure]:
         """What the lanes' surfaces scatter."""
         if self._made is not None:
             return self._made
         with np.errstate(all="ignore"):
-            values = self._closures.run(lanes)
+            values = self.closure_entry.run(lanes)
         ns = lanes.ns if self._bends else None
         return [self._closure(k, values, ns) for k in range(len(self._shapes))]
 
     def emission(self, lanes: LanesLike) -> Float32 | None:
         """(3, n) or (3, 1) radiance emitted toward `lanes.wi`; None where the materials emit nothing."""
-        return _single(self._emission, lanes)
+        return _single(self.emission_entry, lanes)
 
     def transparency(self, lanes: LanesLike) -> Float32 | None:
         """(3, n) or (3, 1) share of light that passes straight through; None for opaque materials."""
-        return _single(self._transparency, lanes)
+        return _single(self.transparency_entry, lanes)
 
     def holdout(self, lanes: LanesLike) -> Float32 | None:
         """(3, n) or (3, 1) share of what the camera sees that is a hole in the film; None for no holdout."""
-        return _single(self._holdout, lanes)
+        return _single(self.holdout_entry, lanes)
 
     def constant_emission(self) -> Float32 | None:
         """(3, M) exact radiance of each of `materials`, or None where it varies over the surface."""
-        if self._emission is None:
+        if self.emission_entry is None:
             return np.zeros((3, len(self.materials)), np.float32)
-        slot = self._emission.outputs[0]
+        slot = self.emission_entry.outputs[0]
         if not slot.constant:
             return None
         fixed = self.table.fixed[slot.number]

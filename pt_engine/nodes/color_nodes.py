@@ -25,6 +25,12 @@ def lerp(a: Float32, b: Float32, t: Float32) -> Float32:
     return out
 
 
+def toward(a: Float32, b: Float32, t: Float32) -> Float32:
+    """a + t(b − a): what Cycles' blend modes have; beside a huge a it loses b's digits, as theirs does."""
+    out: Float32 = a + t * (b - a)
+    return out
+
+
 # ------------------------------------------------------------------ blend modes, (t, a, b) → colour
 
 
@@ -53,7 +59,7 @@ def hue(t: Float32, a: Float32, b: Float32) -> Float32:
     other = rgb_to_hsv(y)
     hsv = rgb_to_hsv(x)
     turned = hsv_to_rgb(np.stack([other[0], hsv[1], hsv[2]]))
-    return select(other[1] != 0, lerp(a, turned, t), a)
+    return select(other[1] != 0, toward(a, turned, t), a)
 
 
 def saturation(t: Float32, a: Float32, b: Float32) -> Float32:
@@ -73,7 +79,7 @@ def tone(t: Float32, a: Float32, b: Float32) -> Float32:
     x, y = np.broadcast_arrays(a, b)
     other = rgb_to_hsv(y)
     changed = hsv_to_rgb(np.stack([other[0], other[1], rgb_to_hsv(x)[2]]))
-    return select(other[1] != 0, lerp(a, changed, t), a)
+    return select(other[1] != 0, toward(a, changed, t), a)
 
 
 def soft_light(t: Float32, a: Float32, b: Float32) -> Float32:
@@ -83,19 +89,19 @@ def soft_light(t: Float32, a: Float32, b: Float32) -> Float32:
 
 
 BLENDS: dict[str, Blend] = {
-    "MIX": lambda t, a, b: lerp(a, b, t),
-    "DARKEN": lambda t, a, b: lerp(a, np.minimum(a, b), t),
+    "MIX": lambda t, a, b: toward(a, b, t),
+    "DARKEN": lambda t, a, b: toward(a, np.minimum(a, b), t),
     "MULTIPLY": lambda t, a, b: a * (1 - t + t * b),
     "BURN": burn,
-    "LIGHTEN": lambda t, a, b: lerp(a, np.maximum(a, b), t),
+    "LIGHTEN": lambda t, a, b: toward(a, np.maximum(a, b), t),
     "SCREEN": lambda t, a, b: 1 - (1 - t + t * (1 - b)) * (1 - a),
     "DODGE": dodge,
     "ADD": lambda t, a, b: a + t * b,
     "OVERLAY": overlay,
     "SOFT_LIGHT": soft_light,
     "LINEAR_LIGHT": lambda t, a, b: a + t * (2 * b - 1),
-    "DIFFERENCE": lambda t, a, b: lerp(a, np.abs(a - b), t),
-    "EXCLUSION": lambda t, a, b: np.maximum(lerp(a, a + b - 2 * a * b, t), 0),
+    "DIFFERENCE": lambda t, a, b: toward(a, np.abs(a - b), t),
+    "EXCLUSION": lambda t, a, b: np.maximum(toward(a, a + b - 2 * a * b, t), 0),
     "SUBTRACT": lambda t, a, b: a - t * b,
     "DIVIDE": division,
     "HUE": hue,
@@ -175,13 +181,16 @@ def mix_node(n: NodeView) -> Outputs:
     return {"Result_Color": n.call(saturate_color, out) if n.prop("clamp_result", False) else out}
 
 
+CLAMPING = ("LIGHTEN", "DODGE", "BURN")  # blends that change their first colour even with the factor 0
+
+
 def blended(n: NodeView, mode: str, t: Value, names: tuple[str, str]) -> Value:
     """Two colour inputs blended; what a constant factor hides is not even compiled."""
     side = one_side(t)
     if mode not in BLENDS:
         n.ignored(f"blend mode {mode} is not understood: the first colour")
         return n.color(names[0], 0.5)
-    if mode == "MIX" and side >= 0:
+    if (side == 0 and mode not in CLAMPING) or (side == 1 and mode == "MIX"):
         return n.color(names[side], 0.5)
     return n.call(mix_color, t, n.color(names[0], 0.5), n.color(names[1], 0.5), static=(mode,))
 

@@ -8,15 +8,18 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.snapshot import Graph, ImageData, Link
+from ..scene.snapshot import Graph, ImageData
 from ..textures.images import TextureStore
 from . import catalogue as catalogue  # fills the registry
 from .batch import Batch, Plan, plan
 from .coverage import APPROXIMATE, IGNORED, Coverage, CoverageLog
+from .displacement import displaced_normal, displacement_entry, moves_vertices
 from .graph import GraphReader
 from .ir import Builder
-from .normals import displaced_normal
+from .light_path import BOUNCE_KIND
+from .normals import surface_normal
 from .probe import mean_emission
+from .program import Entry, ordered_calls
 from .ray_portal import lets_light_through
 from .surface import SurfaceBuilder
 
@@ -36,6 +39,10 @@ class Materials:
     emission_varies : (M,) bool
     coverage : list of Coverage
         Every reachable node.
+    displacement : dict of Entry
+        Programs of the materials that move vertices, by material.
+    keeps_normals : set of int
+        Of these, those whose displacement is shaded as well (BOTH).
     """
 
     batch_of: NDArray[np.int32]
@@ -43,6 +50,8 @@ class Materials:
     emission_constant: Float32
     emission_varies: NDArray[np.bool_]
     coverage: list[Coverage] = field(default_factory=list)
+    displacement: dict[int, Entry] = field(default_factory=dict)
+    keeps_normals: set[int] = field(default_factory=set)
 
     @property
     def needs(self) -> frozenset[str]:
@@ -61,14 +70,21 @@ def compile_materials(
     coverage: list[Coverage] = []
     members: dict[Plan, list[int]] = {}
     constants: dict[int, list[Float32]] = {}
+    displacement: dict[int, Entry] = {}
     for number, graph in enumerate(graphs):
         log = CoverageLog(graph.name)
         surface = read_surface(graph, textures, log)
         key, constants[number] = plan(surface)
         members.setdefault(key, []).append(number)
+        moves = read_displacement(graph, textures, log)
+        if moves is not None:
+            displacement[number] = moves
         coverage += log.entries()
     batches = [Batch(key, [constants[m] for m in materials], materials) for key, materials in members.items()]
-    return _collect(len(graphs), batches, coverage)
+    materials = _collect(len(graphs), batches, coverage)
+    materials.displacement = displacement
+    materials.keeps_normals = {m for m in displacement if graphs[m].displacement_method == "BOTH"}
+    return materials
 
 
 def _collect(count: int, batches: list[Batch], coverage: list[Coverage]) -> Materials:
@@ -85,32 +101,41 @@ def _collect(count: int, batches: list[Batch], coverage: list[Coverage]) -> Mate
 
 def read_surface(graph: Graph, textures: TextureStore, log: CoverageLog) -> SurfaceBuilder:
     """The closures of a material's Surface output."""
-    builder = Builder()
-    out = SurfaceBuilder(builder)
-    reader = GraphReader(graph, builder, textures, log)
+    return surface_of(GraphReader(graph, Builder(), textures, log))
+
+
+def surface_of(reader: GraphReader) -> SurfaceBuilder:
+    """The closures of the Surface output of a reader's graph."""
+    graph, log = reader.graph, reader.log
+    out = SurfaceBuilder(reader.builder)
     moved = graph.outputs.get("Displacement")
-    if moved is not None:
+    if moved is not None and graph.displacement_method != "DISPLACEMENT":
         reader.surface_normal = displaced_normal(reader, moved)
-        note_displacement(graph, moved, log)
+        out.base = surface_normal(reader)
     link = graph.outputs.get("Surface")
     if link is not None:
-        reader.closures(link, builder.one, out)
+        reader.closures(link, reader.builder.one, out)
     out.only_one_transparent()
     if lets_light_through(out):
         effect = "emitters behind count about once; Cycles counts those with a size twice where the two mix"
         log.note("(portal with transparency)", APPROXIMATE, effect)
     note_other_outputs(graph, log)
+    note_emission_by_bounce(graph, out, log)
     return out
 
 
-def note_displacement(graph: Graph, link: Link, log: CoverageLog) -> None:
-    """Say what becomes of a displacement: its shading is rendered, the surface stays where it is."""
-    if not 0 <= link.node < len(graph.nodes):
-        return
-    name = graph.nodes[link.node].name
-    log.note(name, APPROXIMATE, "heights differ over the camera pixel's footprint, after bounces too")
-    if graph.displacement_method != "BUMP":
-        log.note(name, IGNORED, "the surface is shaded as displaced but stays where it is")
+def note_emission_by_bounce(graph: Graph, out: SurfaceBuilder, log: CoverageLog) -> None:
+    """Say what becomes of light that depends on how the surface it falls on scatters."""
+    calls = ordered_calls([] if out.emission is None else [out.emission])
+    if any(BOUNCE_KIND in call.op.reads(*call.static) for call in calls):
+        log.note(graph.name, APPROXIMATE, "where the light is sampled, all rays count as diffuse ones")
+
+
+def read_displacement(graph: Graph, textures: TextureStore, log: CoverageLog) -> Entry | None:
+    """The program that moves the vertices of a material's surfaces, if it does."""
+    if not moves_vertices(graph):
+        return None
+    return displacement_entry(GraphReader(graph, Builder(), textures, log), graph.outputs["Displacement"])
 
 
 def note_other_outputs(graph: Graph, log: CoverageLog) -> None:

@@ -5,12 +5,13 @@ The models are in `bsdfs.energy`; here are the ops, split so that what depends o
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bsdfs import conductor, energy
+from ..bsdfs import conductor, energy, thin_film
 from ..bsdfs import fresnel as law
 from ..core import vectors
 from .graph import NodeView
@@ -102,28 +103,55 @@ def gloss_colors(eta: Float32, tint: Float32) -> tuple[Float32, Float32]:
     return base, average
 
 
+@op(COLOR)
+def glass_average(through: Float32, eta: Float32, tint: Float32) -> Float32:
+    """What stands for the facets' colour in glass: what it lets through, or if that is black its gloss."""
+    _, average = gloss_colors.function(eta, tint)
+    black = ~(through > 0).any(axis=0)
+    out: Float32 = np.where(black, average, through).astype(np.float32, copy=False)
+    return out
+
+
 def _gloss_layer(
     has_y: bool,
     multiscatter: bool,
     grey: bool,
+    dark: bool,
     base: Float32,
     average: Float32,
     cos: Float32,
     eta: Float32,
-    *alphas: Float32,
+    *more: Float32,
 ) -> tuple[Float32, Float32]:
-    """The factor of a gloss' weight, and 1 − its directional albedo's largest component."""
-    pair = _alphas(has_y, alphas)
+    """The factor of a gloss' weight, and 1 − its directional albedo's largest component.
+
+    `more`: the roughness; with a film, its thickness and index and the gloss' tint; if `dark`, the weight,
+    of which components of 0 do not count.
+    """
+    pair, film = _alphas(has_y, more), more[1 + has_y : len(more) - dark]
     if grey:
         base, average = base[:1], average[:1]
     s = energy.gloss(*pair, eta, cos)
     albedo: Float32 = base + (1 - base) * s
+    if film:
+        albedo = _under_film(albedo, cos, eta, *film)
     gain: Float32 = np.ones((1, 1), np.float32)
     if multiscatter:
-        gain = energy.reflection_gain(*pair, cos, average)
-        albedo = albedo * (gain * energy.reflection_albedo(*pair, cos))
+        white = energy.reflection_albedo(*pair, cos)
+        gain = energy.gain_over(white, *pair, average)
+        albedo = albedo * (gain * white)
+    if dark:
+        albedo = albedo * (more[-1] > 0)
     left: Float32 = np.clip(1 - albedo.max(axis=0), 0, 1)
     return (gain[0] if grey else np.broadcast_to(gain, (3, gain.shape[1]))), left
+
+
+def _under_film(
+    bare: Float32, cos: Float32, eta: Float32, thickness: Float32, ior: Float32, tint: Float32
+) -> Float32:
+    """Albedo with a film where there is one: a mirror's, whatever the roughness, as in Cycles."""
+    film = thin_film.Film(thickness, ior)
+    return thin_film.covered(film, cos, lambda c, f: thin_film.over_tinted(c, eta, tint, f), lambda _: bare)
 
 
 gloss_grey: Final = Op(_gloss_layer, (FLOAT, FLOAT))
@@ -131,13 +159,25 @@ gloss_tinted: Final = Op(_gloss_layer, (COLOR, FLOAT))
 
 
 def gloss_layer(
-    n: NodeView, rough: Rough, eta: Value, tint: Value, normal: Value | None, multiscatter: bool
+    n: NodeView,
+    rough: Rough,
+    eta: Value,
+    tint: Value,
+    normal: Value | None,
+    multiscatter: bool,
+    film: Mapping[str, Value],
+    dark: Value | None = None,
 ) -> tuple[Value, Value]:
-    """Factor of a dielectric gloss' weight, and the share it leaves to what is below."""
+    """Factor of a dielectric gloss' weight, and the share it leaves to what is below.
+
+    `film`: of `thin_films.film_params`. `dark`: the gloss' weight, where a component of it may be 0.
+    """
     base, average = n.calls(gloss_colors, eta, tint)
     grey = is_constantly(tint, 1)
     alphas = [rough.alpha_x] if rough.alpha_y is None else [rough.alpha_x, rough.alpha_y]
-    static = (rough.alpha_y is not None, multiscatter and not rough.is_smooth, grey)
+    static = (rough.alpha_y is not None, multiscatter and not rough.is_smooth, grey, dark is not None)
     what = gloss_grey if grey else gloss_tinted
-    gain, left = n.calls(what, base, average, cosine(n, normal), eta, *alphas, static=static)
+    more = [film["film_thickness"], film["film_ior"], tint] if film else []
+    more += [] if dark is None else [dark]
+    gain, left = n.calls(what, base, average, cosine(n, normal), eta, *alphas, *more, static=static)
     return gain, left

@@ -12,6 +12,7 @@ from .registry import NODES, SHADERS
 
 if TYPE_CHECKING:
     from ..textures.images import TextureStore
+    from .sky_nodes import SunDisc
     from .surface import SurfaceBuilder
 
 Number: TypeAlias = float  # `NodeView.float` hides the type of that name
@@ -28,6 +29,10 @@ class GraphReader:
     log : CoverageLog
     world : bool
         Whether the graph is a world's (some nodes mean something else there).
+    draw_suns : bool
+        Whether sky textures draw their suns.
+    suns : list of SunDisc
+        The suns that were drawn so far.
     """
 
     def __init__(
@@ -37,7 +42,10 @@ class GraphReader:
         textures: TextureStore,
         log: coverage.CoverageLog,
         world: bool = False,
+        draw_suns: bool = True,
     ) -> None:
+        self.draw_suns = draw_suns
+        self.suns: list[SunDisc] = []
         self.graph, self.builder, self.textures, self.log, self.world = graph, builder, textures, log, world
         self.surface_normal: Value | None = None  # of displacement seen as bump; None: the lanes' own
         self._outputs: dict[tuple[int, int], Mapping[str, Value | None]] = {}

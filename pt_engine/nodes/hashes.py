@@ -91,12 +91,19 @@ def floats_to_color(*p: Float32) -> Float32:
 def _pcg_step(v: list[Int32]) -> None:
     """Mix every component, in turn, with others as they are by then."""
     if len(v) == 2:
-        v[0] = v[0] + v[1] * np.int32(1664525)
-        v[1] = v[1] + v[0] * np.int32(1664525)
+        _add_product(v, 0, v[1], np.int32(1664525))
+        _add_product(v, 1, v[0], np.int32(1664525))
         return
     turns = ((0, 1, 2), (1, 2, 0), (2, 0, 1)) if len(v) == 3 else ((0, 1, 3), (1, 2, 0), (2, 0, 1), (3, 1, 2))
     for k, a, b in turns:
-        v[k] = v[k] + v[a] * v[b]
+        _add_product(v, k, v[a], v[b])
+
+
+def _add_product(v: list[Int32], k: int, a: Int32, b: Int32 | np.int32) -> None:
+    """v[k] += a·b, in the product's memory where the sum fits."""
+    product: Int32 = a * b
+    fits = np.broadcast_shapes(product.shape, v[k].shape) == product.shape
+    v[k] = np.add(product, v[k], out=product if fits else None)
 
 
 def cell(*keys: Int32) -> list[Float32]:
@@ -106,6 +113,15 @@ def cell(*keys: Int32) -> list[Float32]:
     """
     v = [k * np.int32(1664525) + np.int32(1013904223) for k in keys]
     _pcg_step(v)
-    v = [x ^ (x >> np.int32(16)) for x in v]
+    for x in v:
+        x ^= x >> np.int32(16)
     _pcg_step(v)
-    return [(x & np.int32(0x7FFFFFFF)).astype(np.float32) * np.float32(1 / 0x7FFFFFFF) for x in v]
+    return [_fraction(x) for x in v]
+
+
+def _fraction(x: Int32) -> Float32:
+    """The low 31 bits as a number in [0, 1]."""
+    x &= np.int32(0x7FFFFFFF)
+    out = x.astype(np.float32)
+    out *= np.float32(1 / 0x7FFFFFFF)
+    return out

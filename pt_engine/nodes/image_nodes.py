@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from ..textures import environment
 from ..textures.images import ImageError, Texture
 from ..textures.texture import MISSING
+from .coordinates import coordinates, object_space_normal, position, uv_coordinates
 from .graph import NodeView
-from .inputs import coordinates, object_space_normal, position, uv_coordinates
 from .ir import COLOR, FLOAT, Value, op
 from .math_nodes import select
 from .registry import Outputs, node

@@ -8,7 +8,7 @@ sub-expressions), and a call whose arguments are all constant is evaluated at on
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -40,6 +40,10 @@ class Op:
         Reads something that changes along the surface (Bump evaluates it at shifted positions).
     reads : callable
         Static arguments → names of the lane attributes it needs.
+    first_of : Op, optional
+        One that gives three components from the same arguments, this one's result the first of them.
+    rest : tuple of str
+        What the arguments are that the function takes together as `*arguments`.
     """
 
     function: Callable[..., Any]
@@ -47,6 +51,8 @@ class Op:
     lanes: bool = False
     moves: bool = False
     reads: Callable[..., tuple[str, ...]] = lambda *_: ()
+    first_of: Op | None = None
+    rest: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -55,10 +61,14 @@ class Op:
     def __call__(self, *args: Any) -> Any:
         return self.function(*args)
 
+    def with_function(self, function: Callable[..., Any]) -> Op:
+        """The same with another function, for measurements."""
+        return replace(self, function=function)
 
-def op(*types: str) -> Callable[[Callable[..., Any]], Op]:
+
+def op(*types: str, rest: tuple[str, ...] = ()) -> Callable[[Callable[..., Any]], Op]:
     """Make a pure function of arrays an `Op`."""
-    return lambda function: Op(function, types)
+    return lambda function: Op(function, types, rest=rest)
 
 
 def lane_op(
@@ -105,14 +115,20 @@ class Result(Value):
     index: int = 0
 
 
+REST = 4  # bit of a shift: the surface before displacement
+
+
 def shift_code(axis: int, width: float) -> int:
-    """A position one step along `axis` (1 or 2), `width` of a pixel's footprint long, as one number."""
-    return round(width * 1000) << 2 | axis
+    """A position one step along `axis` (1 or 2), `width` of a pixel's footprint long, as one number.
+
+    With `REST` added, the same on the surface before displacement; `REST` alone is the point itself there.
+    """
+    return round(width * 1000) << 3 | axis
 
 
 def shift_of(code: int) -> tuple[int, float]:
-    """Axis and width of a `shift_code`."""
-    return code & 3, (code >> 2) / 1000
+    """Axis (with `REST`, if it was added) and width of a `shift_code`."""
+    return code & 7, (code >> 3) / 1000
 
 
 class Builder:
@@ -139,7 +155,7 @@ class Builder:
 
     def call(self, what: Op, *args: Value, static: Static = (), shift: int = 0) -> tuple[Value, ...]:
         """All outputs of an op on `args`."""
-        shift = shift if what.lanes and what.moves else 0
+        shift = 0 if not what.lanes else shift if what.moves else shift & REST
         key = (what, static, args, shift)
         known = self._calls.get(key)
         if known is None:
@@ -211,6 +227,12 @@ def mean(v: Float32) -> Float32:
     return m
 
 
+def _first(c: Float32) -> Float32:
+    """The first of three components."""
+    x: Float32 = c[0]
+    return x
+
+
 def _spread(x: Float32) -> Float32:
     """A number as three equal components."""
     return np.broadcast_to(x, (3, x.shape[-1]))
@@ -237,6 +259,7 @@ def _one_minus(a: Float32) -> Float32:
 
 spread_color, spread_vector = Op(_spread, (COLOR,)), Op(_spread, (VECTOR,))
 as_color, as_vector = Op(_same, (COLOR,)), Op(_same, (VECTOR,))
+first_component = Op(_first, (FLOAT,))
 one_minus, one_minus_color = Op(_one_minus, (FLOAT,)), Op(_one_minus, (COLOR,))
 _product = {t: Op(_multiply, (t,)) for t in (FLOAT, COLOR, VECTOR)}
 _sum = {t: Op(_add, (t,)) for t in (FLOAT, COLOR, VECTOR)}

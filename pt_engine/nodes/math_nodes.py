@@ -244,16 +244,10 @@ def clamp_node(n: NodeView) -> Outputs:
     return {"Result": n.call(clamp, *inputs, static=(str(n.prop("clamp_type", "MINMAX")),))}
 
 
-@op(FLOAT)
-def squeeze(value: Float32, width: Float32, center: Float32) -> Float32:
-    """1 / (1 + e^(−(value − center)·width))."""
-    out: Float32 = np.reciprocal(1 + np.exp(-(value - center) * width))
-    return out
-
-
 @node("Squeeze")
 def squeeze_node(n: NodeView) -> Outputs:
-    return {"Value": n.call(squeeze, n.float("Value"), n.float("Width", 1.0), n.float("Center"))}
+    """A node that Cycles has no more: what it feeds keeps its own value, as there."""
+    return {"Value": None}
 
 
 # ------------------------------------------------------------------ Fresnel

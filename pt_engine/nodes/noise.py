@@ -1,7 +1,6 @@
-"""Perlin noise in 1 to 4 dimensions and the fractals made of it, value for value Blender's.
+"""Fractals made of Perlin noise, value for value Blender's.
 
-Perlin 2002, "Improving Noise", with Jenkins' hash for the lattice; fractals after Musgrave in Ebert et al.,
-"Texturing and Modeling". A point is a list of 1 to 4 coordinate arrays (n,).
+After Musgrave in Ebert et al., "Texturing and Modeling". A point is a list of 1 to 4 coordinate arrays (n,).
 """
 
 from __future__ import annotations
@@ -12,98 +11,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .hashes import floats_to_float, hash_uints
+from .hashes import floats_to_float
 from .math_nodes import select
+from .perlin import Point, signed_noise
 
 Float32 = NDArray[np.float32]
-Point = Sequence[Float32]
-
-SCALE: Final = (0.25, 0.6616, 0.9820, 0.8344)  # to about [-1, 1], by dimension
-PERIOD: Final = np.float32(100000)
-BLOCK = 4096  # lanes at a time: all corners of a block stay in cache
-
-
-def _gradients(dimension: int) -> Float32:
-    """(dimension, K) gradient of each hash value's low bits."""
-    size = {1: 16, 2: 8, 3: 16, 4: 32}[dimension]
-    table = np.zeros((dimension, size), np.float32)
-    for h in range(size):
-        if dimension == 1:
-            table[0, h] = (1 + (h & 7)) * (-1 if h & 8 else 1)
-            continue
-        if dimension == 2:
-            axes: tuple[int, ...] = (0, 1) if h < 4 else (1, 0)
-            factors: tuple[float, ...] = (1, 2)
-        elif dimension == 3:
-            axes = (0 if h < 8 else 1, 1 if h < 4 else 0 if h in (12, 14) else 2)
-            factors = (1, 1)
-        else:
-            axes = (0 if h < 24 else 1, 1 if h < 16 else 2, 2 if h < 8 else 3)
-            factors = (1, 1, 1)
-        for bit, (axis, factor) in enumerate(zip(axes, factors, strict=True)):
-            table[axis, h] += -factor if h >> bit & 1 else factor
-    return table
-
-
-GRADIENTS: Final = {d: _gradients(d) for d in (1, 2, 3, 4)}
-
-
-def _fade(t: Float32) -> Float32:
-    return t * t * t * (t * (t * 6 - 15) + 10)
-
-
-def _perlin_block(point: Point) -> Float32:
-    """Unscaled noise of one block.
-
-    Every axis has an array dimension of its own for the two corners, the first axis the innermost, so
-    that what corners have in common is computed once by broadcasting.
-    """
-    dimension = len(point)
-    keys, offsets, parts = [], [], []
-    for axis, p in enumerate(point):
-        low = np.floor(p)
-        part = p - low
-        shape = [1] * dimension + [-1]
-        shape[dimension - 1 - axis] = 2
-        cell = low.astype(np.int32).view(np.uint32)
-        keys.append(np.stack([cell, cell + np.uint32(1)]).reshape(shape))
-        offsets.append(np.stack([part, part - np.float32(1)]).reshape(shape))
-        parts.append(part)
-    table = GRADIENTS[dimension]
-    h = hash_uints(*keys)
-    h &= np.uint32(table.shape[1] - 1)
-    index = h.view(np.int32)
-    values = table[0].take(index)
-    values *= offsets[0]
-    for axis in range(1, dimension):
-        slope = table[axis].take(index)
-        slope *= offsets[axis]
-        values += slope
-    for part in parts:
-        low, high = values[..., 0, :], values[..., 1, :]
-        values = low + _fade(part) * (high - low)
-    out: Float32 = values
-    return out
-
-
-def signed_noise(point: Point) -> Float32:
-    """Perlin noise in about [−1, 1]; it repeats every 100000 units, as in Blender."""
-    size = max(p.shape[-1] for p in point)
-    out = np.empty(size, np.float32)
-    wide = [np.broadcast_to(p, size) for p in point]
-    for start in range(0, size, BLOCK):
-        block = [_periodic(p[start : start + BLOCK]) for p in wide]
-        out[start : start + BLOCK] = _perlin_block(block)
-    out *= np.float32(SCALE[len(point) - 1])
-    return out
-
-
-def _periodic(p: Float32) -> Float32:
-    """Into (−100000, 100000); half a step off where the number is too coarse for the lattice."""
-    far = np.abs(p) >= np.float32(1000000)
-    if far.any() or (np.abs(p) >= PERIOD).any():
-        p = np.fmod(p, PERIOD) + np.float32(0.5) * far
-    return np.nan_to_num(p, nan=0.0, posinf=0.0, neginf=0.0) if not np.isfinite(p).all() else p
 
 
 def scaled(point: Point, s: Float32) -> list[Float32]:

@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import noise
+from .coordinates import coordinates
 from .graph import NodeView
-from .inputs import coordinates
-from .ir import COLOR, FLOAT, Value, op, spread_color
+from .ir import COLOR, FLOAT, Op, Value, op, spread_color
+from .perlin import signed_noise
 from .registry import Outputs, node
 
 Float32 = NDArray[np.float32]
+FEW: Final = 4096  # lanes
 TWO_PI: Final = np.float32(2 * np.pi)
 
 
@@ -29,7 +31,7 @@ def distorted(point: list[Float32], amount: Float32) -> list[Float32]:
     """The point moved by noise, one offset per axis."""
     if not (amount != 0).any():
         return point
-    wobble = [noise.signed_noise(noise.moved(point, float(k))) for k in range(len(point))]
+    wobble = [signed_noise(noise.moved(point, float(k))) for k in range(len(point))]
     # rounded once, as the fused multiply-add in Cycles is: far from the origin a last bit shows
     return [
         (p + w.astype(np.float64) * amount).astype(np.float32) for p, w in zip(point, wobble, strict=True)
@@ -40,8 +42,34 @@ def _settings(detail: Float32, roughness: Float32, *rest: Float32) -> tuple[Floa
     return np.clip(detail, 0, 15), np.maximum(roughness, 0), *rest
 
 
-@op(FLOAT)
-def noise_value(
+SETTINGS: Final = ("detail", "roughness", "lacunarity", "offset", "gain")
+
+
+@op(COLOR, rest=SETTINGS)
+def noise_color(
+    dimensions: int,
+    kind: str,
+    normalize: bool,
+    vector: Float32,
+    w: Float32,
+    scale: Float32,
+    distortion: Float32,
+    *settings: Float32,
+) -> Float32:
+    """The Noise texture's Color: its Factor in red, two more of its kind in green and blue."""
+    point = distorted(point_of(dimensions, vector, w, scale), distortion)
+    fractal, values = noise.FRACTALS[kind], _settings(*settings)
+    points = [point, *(noise.moved(point, float(dimensions + k)) for k in (0, 1))]
+    size = max(a.shape[-1] for a in (*point, *values))
+    if size > FEW:
+        return np.stack(np.broadcast_arrays(*(fractal(p, values, normalize) for p in points)))
+    # few lanes: all three channels at once, because what numpy's calls cost by themselves counts then
+    wide = [np.concatenate([np.broadcast_to(p, size) for p in axis]) for axis in zip(*points, strict=True)]
+    repeated = [v if v.shape[-1] == 1 else np.tile(np.broadcast_to(v, size), 3) for v in values]
+    return fractal(wide, repeated, normalize).reshape(3, size)
+
+
+def _noise_value(
     dimensions: int,
     kind: str,
     normalize: bool,
@@ -56,23 +84,7 @@ def noise_value(
     return noise.FRACTALS[kind](point, _settings(*settings), normalize)
 
 
-@op(COLOR)
-def noise_color(
-    dimensions: int,
-    kind: str,
-    normalize: bool,
-    vector: Float32,
-    w: Float32,
-    scale: Float32,
-    distortion: Float32,
-    *settings: Float32,
-) -> Float32:
-    """The Noise texture's Color: its Factor in red, two more of its kind in green and blue."""
-    point = distorted(point_of(dimensions, vector, w, scale), distortion)
-    fractal, values = noise.FRACTALS[kind], _settings(*settings)
-    others = [noise.moved(point, float(dimensions + k)) for k in (0, 1)]
-    channels = [fractal(p, values, normalize) for p in (point, *others)]
-    return np.stack(np.broadcast_arrays(*channels))
+noise_value: Final = Op(_noise_value, (FLOAT,), first_of=noise_color, rest=SETTINGS)
 
 
 @node("TexNoise")

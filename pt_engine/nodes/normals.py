@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
-from ..scene.snapshot import Link
 from .graph import GraphReader, NodeView
-from .ir import FLOAT, VECTOR, Const, Value, lane_op, op, shift_code
+from .ir import VECTOR, Const, Value, lane_op, shift_code
 from .registry import Outputs, node
 from .surface import is_zero
 from .vector_nodes import unit
@@ -21,23 +20,23 @@ Float32 = NDArray[np.float32]
 # ------------------------------------------------------------------ Normal Map
 
 
-@lane_op(VECTOR, reads=lambda name, flip: (f"tangent:{name}", f"uv:{name}"))
+@lane_op(VECTOR, reads=lambda name, flip: (f"tangent:{name}",))
 def tangent_space_normal(lanes: Any, name: str, flip: bool, color: Float32, strength: Float32) -> Float32:
     """A normal from a map in tangent space.
 
     x and y are scaled by the strength, z faded to 1, all in the frame (T, B, N) of the uv map; back
-    faces see the whole frame turned around, as in Cycles.
+    faces see the whole frame turned around, as in Cycles. Where the map is missing the normal stays.
     """
     x, y, z = 2 * color - 1
     if flip:
         y = -y
     side = 1 - 2 * lanes.backfacing
-    normal = lanes.object_normal() if lanes.smooth else unit(lanes.to_object_normal(lanes.ng * side))
+    normal = unit(lanes.object_normal() if lanes.smooth else lanes.to_object_normal(lanes.ng * side))
     tangent, sign = lanes.object_tangent(name)
     bitangent = sign * vectors.cross(normal, tangent)
     z = 1 + np.clip(strength, 0, 1) * (z - 1)
     out = (x * strength) * tangent + (y * strength) * bitangent + z * normal
-    return usable(unit(lanes.to_world_normal(unit(out))) * side, lanes.ns)
+    return usable(unit(lanes.to_world_normal(unit(out))) * (side * (sign != 0)), lanes.ns)
 
 
 @lane_op(VECTOR)
@@ -73,7 +72,6 @@ def normal_map_node(n: NodeView) -> Outputs:
     space, color = str(n.prop("space", "TANGENT")), n.color("Color", (0.5, 0.5, 1.0))
     flip = n.prop("convention", "OPENGL") == "DIRECTX"
     if space == "TANGENT":
-        n.approximate("tangents are per triangle, not smoothed over vertices")
         static = (str(n.prop("uv_map", "")), flip)
         return {"Normal": n.call(tangent_space_normal, color, strength, static=static)}
     return {"Normal": n.call(space_normal, color, strength, static=(space, flip))}
@@ -82,11 +80,12 @@ def normal_map_node(n: NodeView) -> Outputs:
 # ------------------------------------------------------------------ Bump
 
 
-@lane_op(VECTOR, reads="position")
+@lane_op(VECTOR, reads=lambda invert, width, rest: ("position", "footprint", *["rest"] * rest))
 def bump(
     lanes: Any,
     invert: bool,
     width: float,
+    rest: bool,
     height: Float32,
     height_x: Float32,
     height_y: Float32,
@@ -97,17 +96,22 @@ def bump(
     """The normal of the surface raised by height · distance, mixed in by strength.
 
     N' = |det|·N − distance·sign(det)·(Δh_x R_x + Δh_y R_y), R_x = dy × N, R_y = N × dx, det = dx·R_x
-    (Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU"), the steps `width` of a pixel long.
+    (Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU"), the steps `width` of the ray's width
+    long.
     """
     n = normal[0] if normal else lanes.ns
     dx, dy = lanes.bump_steps(width)
+    if rest:  # Cycles does this one in object space
+        n, dx, dy = unit(lanes.to_object_normal(n)), lanes.to_object_vector(dx), lanes.to_object_vector(dy)
     rx, ry = vectors.cross(dy, n), vectors.cross(n, dx)
     det = vectors.dot(dx, rx)
     gradient = (height_x - height) * rx + (height_y - height) * ry
     scale = (-distance if invert else distance) * np.copysign(np.float32(1), det)
     bent = unit(np.abs(det) * n - scale * gradient)
     s = np.maximum(strength, 0)
-    out = unit(s * bent + (1 - s) * n)
+    out = unit(s * usable(bent, n) + (1 - s) * n)
+    if rest:
+        out, n = unit(lanes.to_world_normal(out)), lanes.ns
     return usable(out, n)
 
 
@@ -134,88 +138,11 @@ def bump_node(n: NodeView) -> Outputs:
     strength, distance = n.float("Strength", 1.0), n.float("Distance", 0.1)
     if n.linked("Height") is None or is_zero(strength) or is_zero(distance) or n.reader.world:
         return {"Normal": normal}
-    n.approximate("heights differ over the camera pixel's footprint, after bounces too")
     width = filter_width(n)
     heights: list[Value] = [n.shifted_float("Height", shift) for shift in shifts(width)]
     extra = () if normal is None else (normal,)
-    static = (bool(n.prop("invert", False)), width)
+    static = (bool(n.prop("invert", False)), width, False)
     return {"Normal": n.call(bump, *heights, strength, distance, *extra, static=static)}
-
-
-@node("Bevel")
-def bevel_node(n: NodeView) -> Outputs:
-    n.ignored("edges stay sharp")
-    return {"Normal": n.normal()}
-
-
-# ------------------------------------------------------------------ displacement, seen as bump
-
-
-@lane_op(VECTOR, moves=True)
-def displacement(lanes: Any, in_object: bool, height: Float32, *normal: Float32) -> Float32:
-    """A step of `height` along the normal; in object space it grows with the object's scale."""
-    n = normal[0] if normal else lanes.ns
-    if not in_object:
-        return height * n
-    along = unit(lanes.to_object_normal(np.ascontiguousarray(np.broadcast_to(n, (3, lanes.n)))))
-    step: Float32 = lanes.to_world_vector(along * height)
-    return step
-
-
-@op(FLOAT)
-def displacement_height(height: Float32, midlevel: Float32, scale: Float32) -> Float32:
-    """(height − midlevel)·scale."""
-    amount: Float32 = (height - midlevel) * scale
-    return amount
-
-
-@node("Displacement")
-def displacement_node(n: NodeView) -> Outputs:
-    names = (("Height", 0.0), ("Midlevel", 0.5), ("Scale", 0.01))
-    height = n.call(displacement_height, *(n.float(name, default) for name, default in names))
-    linked = n.optional("Normal")
-    extra = () if linked is None else (linked,)
-    static = (n.prop("space", "OBJECT") == "OBJECT",)
-    return {"Displacement": n.call(displacement, height, *extra, static=static)}
-
-
-@lane_op(VECTOR, moves=True)
-def vector_displacement(
-    lanes: Any, space: str, vector: Float32, midlevel: Float32, scale: Float32
-) -> Float32:
-    """A displacement vector in tangent, object or world space; of tangent space only its height counts."""
-    moved = np.ascontiguousarray(np.broadcast_to((vector - midlevel) * scale, (3, lanes.n)))
-    if space == "WORLD":
-        return moved
-    step: Float32 = lanes.to_world_vector(moved) if space == "OBJECT" else lanes.ns * moved[1]
-    return step
-
-
-@node("VectorDisplacement")
-def vector_displacement_node(n: NodeView) -> Outputs:
-    space = str(n.prop("space", "TANGENT"))
-    inputs = n.vector("Vector"), n.float("Midlevel"), n.float("Scale", 0.01)
-    return {"Displacement": n.call(vector_displacement, *inputs, static=(space,))}
-
-
-@lane_op(FLOAT, moves=True)
-def along_normal(lanes: Any, moved: Float32) -> Float32:
-    """How far a displacement goes along the shading normal."""
-    height: Float32 = vectors.dot(moved, lanes.ns)
-    return height
-
-
-def displaced_normal(reader: GraphReader, link: Link) -> Value | None:
-    """The shading normal of a surface whose displacement is only shaded, not moved."""
-    heights: list[Value] = []
-    for shift in shifts(FILTER_WIDTH):
-        moved = reader.value(link, shift)
-        if moved is None:
-            return None
-        moved = reader.builder.convert(moved, VECTOR)
-        heights.append(reader.builder.call(along_normal, moved, shift=shift)[0])
-    one = reader.builder.one
-    return reader.builder.call(bump, *heights, one, one, static=(False, FILTER_WIDTH))[0]
 
 
 # ------------------------------------------------------------------ normals for closures
@@ -225,6 +152,12 @@ def displaced_normal(reader: GraphReader, link: Link) -> Value | None:
 def facing_normal(lanes: Any, normal: Float32) -> Float32:
     """A linked normal at unit length; the shading normal where it is unusable."""
     return usable(unit(np.broadcast_to(normal, (3, lanes.n))), lanes.ns)
+
+
+def surface_normal(reader: GraphReader) -> Value | None:
+    """The normal of closures that have none of their own, where displacement bends it."""
+    bent = reader.surface_normal
+    return None if bent is None else reader.builder.call(facing_normal, bent)[0]
 
 
 def closure_normal(n: NodeView, name: str = "Normal") -> Value | None:

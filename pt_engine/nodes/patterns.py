@@ -1,4 +1,4 @@
-"""Procedural patterns without noise: Checker, Brick, Gradient, Magic, White Noise; and the sky's stand-in."""
+"""Procedural patterns without noise: Checker, Brick, Gradient, Magic, White Noise."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import hashes
+from .coordinates import coordinates
 from .graph import NodeView
-from .inputs import coordinates
 from .ir import COLOR, FLOAT, VECTOR, Value, mean, op, spread_color
 from .math_nodes import divide, select, smooth_step
 from .registry import Outputs, node
+from .vector_nodes import separate
 
 Float32 = NDArray[np.float32]
 
@@ -41,8 +42,7 @@ def checker(p: Float32) -> Float32:
 @op(COLOR)
 def either(f: Float32, one: Float32, other: Float32) -> Float32:
     """`one` where f is 1, `other` where it is 0."""
-    out: Float32 = other + f * (one - other)
-    return out
+    return select(f == 1, one, other)
 
 
 @node("TexChecker")
@@ -216,40 +216,9 @@ def white_noise_color(*p: Float32) -> Float32:
 
 @node("TexWhiteNoise")
 def tex_white_noise(n: NodeView) -> Outputs:
-    from .vector_nodes import separate
-
     dimensions = int(str(n.prop("noise_dimensions", "3D"))[0])
     x, y, z = n.calls(separate, n.vector("Vector"))
     w = n.float("W")
     args = {1: (w,), 2: (x, y), 3: (x, y, z), 4: (x, y, z, w)}[dimensions]
     table = {"Value": white_noise, "Color": white_noise_color}
     return {name: n.call(what, *args) for name, what in table.items() if n.wants(name)}
-
-
-# ------------------------------------------------------------------ Sky
-
-
-@op(COLOR)
-def plain_sky(direction: Float32) -> Float32:
-    """A blue that pales toward the horizon, dark below: no model, only a stand-in of daylight's colour."""
-    z = direction[2] / np.sqrt(np.maximum((direction * direction).sum(axis=0), np.float32(1e-20)))
-    up = np.clip(z, 0, 1) ** np.float32(0.5)
-    ground = (z < 0).astype(np.float32)
-    zenith, horizon, soil = (
-        np.array(c, np.float32)[:, None] for c in ((0.12, 0.26, 0.62), (0.62, 0.75, 0.92), (0.12, 0.11, 0.10))
-    )
-    sky = horizon + up * (zenith - horizon)
-    out: Float32 = sky + ground * (soil - sky)
-    return out
-
-
-@node("TexSky")
-def tex_sky(n: NodeView) -> Outputs:
-    n.approximate("a plain blue gradient without a sun stands in for the sky model")
-    return {"Color": n.call(plain_sky, coordinates(n))}
-
-
-@node("TexIES")
-def tex_ies(n: NodeView) -> Outputs:
-    n.ignored("the lamp's light distribution is left out: it shines evenly")
-    return {"Fac": n.float("Strength", 1.0)}

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.raykind import RayKind
+from ..core.view import View
 
 if TYPE_CHECKING:
     from .batch import Batch
@@ -32,6 +33,7 @@ class ProbeLanes:
     """
 
     smooth = False
+    view = View()
 
     def __init__(self, material: NDArray[np.int32], points: Float32) -> None:
         self.n = points.shape[1]
@@ -56,12 +58,16 @@ class ProbeLanes:
     def color(self, name: str) -> Float32:
         return np.ones((4, self.n), np.float32)
 
-    def tangent(self, uv_name: str) -> tuple[Float32, Float32]:
+    def attribute(self, name: str) -> Float32:
+        return np.concatenate([self.color(name), self.color(name)[:1]])
+
+    def object_tangent(self, uv_name: str) -> tuple[Float32, Float32]:
         t = np.zeros_like(self.position)
         t[0] = 1
         return t, np.ones(self.n, np.float32)
 
-    object_tangent = tangent
+    def edges(self) -> tuple[Float32, Float32]:
+        return self.bump_steps(1.0)
 
     def barycentric(self) -> Float32:
         return self.position[:2]
@@ -82,8 +88,21 @@ class ProbeLanes:
     def object_color(self) -> Float32:
         return np.ones((4, self.n), np.float32)
 
+    def depth_of(self, kind: str) -> NDArray[np.int32]:
+        return self.depth
+
+    def per_object(self, name: str) -> Float32:
+        return np.zeros((4, self.n), np.float32)
+
+    def window(self) -> Float32:
+        return self.view.image_of_direction(self.position)
+
     def object_location(self) -> Float32:
         return np.zeros((3, self.n), np.float32)
+
+    def sides(self) -> list[tuple[Float32, Float32]]:
+        along, away = self.bump_steps(1.0)
+        return [(along, away / STEP)]
 
     def bump_steps(self, width: float) -> tuple[Float32, Float32]:
         x, y = np.zeros((3, self.n), np.float32), np.zeros((3, self.n), np.float32)
@@ -91,8 +110,10 @@ class ProbeLanes:
         return x, y
 
     def shifted(self, axis: int, width: float) -> ProbeLanes:
+        """One step along axis 1 or 2; a probe is flat before displacement (4 more) as after it."""
         out = copy.copy(self)
-        out.position = out.p = self.position + self.bump_steps(width)[axis - 1]
+        if axis & 3:
+            out.position = out.p = self.position + self.bump_steps(width)[(axis & 3) - 1]
         return out
 
 

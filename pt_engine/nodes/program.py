@@ -7,13 +7,14 @@ lanes gather from by their material.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .ir import Call, Const, Op, Result, Static, Value, shift_of
+from .ir import Call, Const, Op, Result, Static, Value, first_component, shift_of
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -131,6 +132,13 @@ class ConstantTable:
         self._row = np.zeros(max(materials, default=0) + 1, np.int32)
         self._row[list(materials)] = np.arange(len(materials))
 
+    def identity(self, slot: Slot) -> tuple[Any, ...]:
+        """The same for slots that always hold the same value."""
+        fixed = self.fixed[slot.number] if slot.constant else None
+        if fixed is not None:
+            return slot.type, fixed.tobytes()
+        return slot.constant, self.column[slot.number] if slot.constant else slot.number
+
     def rows(self, lanes: LanesLike) -> Int32:
         """(n,) row of the table for each lane."""
         return self._row.take(lanes.material, mode="clip")
@@ -142,7 +150,7 @@ class Entry:
     def __init__(self, structure: Structure, table: ConstantTable, roots: Sequence[int]) -> None:
         self.table = table
         self.outputs = [structure.roots[r] for r in roots]
-        self.steps = needed_steps(structure.steps, self.outputs)
+        self.steps = components_taken(needed_steps(structure.steps, self.outputs), table)
         self._dead = dead_after(self.steps, self.outputs)
         self._size = sum(len(s.op.types) for s in structure.steps)
         used = {s.number for step in self.steps for s in step.args if s.constant}
@@ -154,6 +162,12 @@ class Entry:
             if table.fixed[k] is None:
                 self._gathers.append((k, table.varying[table.column[k]]))
         self.is_constant = not self.steps and not self._gathers
+
+    def with_steps(self, steps: Sequence[Step]) -> Entry:
+        """The same with other steps of the same shape, for measurements."""
+        other = copy.copy(self)
+        other.steps = list(steps)
+        return other
 
     def run(self, lanes: LanesLike) -> list[Float32]:
         """The roots' values."""
@@ -208,6 +222,27 @@ def needed_steps(steps: Sequence[Step], outputs: Iterable[Slot]) -> list[Step]:
             kept.append(step)
             wanted |= {s.number for s in step.args if not s.constant}
     return kept[::-1]
+
+
+def components_taken(steps: Sequence[Step], table: ConstantTable) -> list[Step]:
+    """Steps that give what another has as its first component take it from there."""
+
+    def key(what: Op, step: Step) -> tuple[Any, ...]:
+        return what, step.static, step.shift, *(table.identity(slot) for slot in step.args)
+
+    wholes = {step.op.first_of for step in steps} - {None}
+    found = {key(step.op, step): step for step in steps if step.op in wholes}
+    taken: list[Step] = []
+    for step in steps:
+        whole = found.get(key(step.op.first_of, step)) if step.op.first_of is not None else None
+        if whole is not None:
+            arg = Slot(False, whole.first, whole.op.types[0])
+            step = Step(first_component, (), 0, (arg,), step.first)
+            if whole not in taken:
+                taken.append(whole)
+        if step not in taken:
+            taken.append(step)
+    return taken
 
 
 def dead_after(steps: Sequence[Step], outputs: Iterable[Slot]) -> list[list[int]]:

@@ -43,14 +43,15 @@ def ramp_table(mode: str, interpolation: str, stops: Stops, hue_mode: str = "NEA
 
 
 def _before(positions: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.intp]:
-    return np.maximum(np.searchsorted(positions, at, side="right") - 1, 0)
+    left = np.maximum(np.searchsorted(positions, at, side="right") - 1, 0)
+    return np.where(at <= positions[0], 0, left)
 
 
 def _span(
     positions: NDArray[np.float64], at: NDArray[np.float64]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
-    """The stops on either side, and how far between them."""
-    right = np.searchsorted(positions, at, side="right")
+    """The stops on either side, and how far between them; up to the first stop it is its colour."""
+    right = np.where(at <= positions[0], 0, np.searchsorted(positions, at, side="right"))
     left = np.clip(right - 1, 0, len(positions) - 1)
     right = np.clip(right, 0, len(positions) - 1)
     width = positions[right] - positions[left]

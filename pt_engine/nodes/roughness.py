@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from ..bsdfs import microfacet
 from ..core import vectors
 from .graph import NodeView
-from .inputs import around_axis
 from .ir import FLOAT, VECTOR, Const, Value, lane_op, op
 from .math_nodes import select
 from .surface import is_at_most, is_zero
+from .tangents import around_axis
 
 Float32 = NDArray[np.float32]
 TWO_PI: Final = np.float32(2 * np.pi)

@@ -16,11 +16,11 @@ from .normals import closure_normal
 from .registry import shader
 from .roughness import Rough, anisotropic, glossy_alphas, isotropic, principled_alphas
 from .surface import SurfaceBuilder, is_at_most, is_constantly, is_zero
+from .thin_films import film_params, glass_film_params
 
 Float32 = NDArray[np.float32]
 ALMOST_SMOOTH = 1e-5  # diffuse roughness up to this is Lambert's law, as in Cycles
 NARROW_PHONG = 0.05  # alpha; Cycles' sampler keeps to the formula for narrower lobes
-THINNEST_FILM = 0.1  # nm; thinner films have no effect, as in Cycles
 
 
 # ------------------------------------------------------------------ structure
@@ -109,12 +109,6 @@ def subsurface(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     out.add("diffuse", {}, n.builder.multiply(weight, n.color("Color", 0.8)), closure_normal(n))
 
 
-@shader("BsdfHair", "BsdfHairPrincipled")
-def hair(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    n.approximate("diffuse instead of light scattered by hair")
-    out.add("diffuse", {}, n.builder.multiply(weight, n.color("Color", 0.8)))
-
-
 # ------------------------------------------------------------------ glossy
 
 
@@ -168,17 +162,17 @@ def glossy(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
 def metallic(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     clamped, many = saturate_color(), is_multiscatter(n)
     rough = anisotropic(n, principled_alphas, ("Anisotropy", "Rotation"), closure_normal(n))
-    note_thin_film(n)
+    film = film_params(n)
     if n.prop("fresnel_type", "F82") == "PHYSICAL_CONDUCTOR":
         eta = n.builder.convert(n.vector("IOR", (2.757, 2.513, 2.231)), COLOR)
         k = n.builder.convert(n.vector("Extinction", (3.867, 3.404, 3.009)), COLOR)
         average = n.call(complex_average, eta, k) if many else None
-        add_metal(n, out, weight, rough, average, eta=eta, k=k)
+        add_metal(n, out, weight, rough, average, eta=eta, k=k, **film)
         return
     color = n.call(clamped, n.color("Base Color", (0.617, 0.577, 0.540)))
     tint = n.call(clamped, n.color("Edge Tint", (0.695, 0.726, 0.770)))
     average = n.call(tinted_average, color, tint) if many else None
-    add_metal(n, out, weight, rough, average, color=color, edge_tint=tint)
+    add_metal(n, out, weight, rough, average, color=color, edge_tint=tint, **film)
 
 
 @shader("PtConductor")
@@ -187,12 +181,6 @@ def pt_conductor(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     rough, normal = isotropic(n, 0.0), closure_normal(n)
     params = rough.params() | {"color": n.color("Color", 1.0), "eta": eta, "k": k}
     out.add(metal_model(n, "GGX"), params, weight, normal, dirac=rough.is_smooth)
-
-
-def note_thin_film(n: NodeView) -> None:
-    """Thin films are not rendered yet."""
-    if not is_at_most(n.float("Thin Film Thickness"), THINNEST_FILM):
-        n.approximate("no colours of a thin film")
 
 
 # ------------------------------------------------------------------ glass
@@ -222,11 +210,11 @@ def glass(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     weight = n.builder.multiply(weight, color)
     if is_zero(weight):
         return
-    note_thin_film(n)
-    rough, eta = isotropic(n, 0.0), n.call(relative_index, n.float("IOR", 1.5))
+    ior = n.float("IOR", 1.5)
+    rough, eta = isotropic(n, 0.0), n.call(relative_index, ior)
     if is_multiscatter(n):
         weight = glass_gained(n, weight, rough, eta, out.positive(color), closure_normal(n))
-    add_glass(n, out, "dielectric", weight, rough, eta)
+    add_glass(n, out, "dielectric", weight, rough, eta, **glass_film_params(n, ior))
 
 
 @shader("BsdfRefraction")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from .ir import COLOR, Builder, Const, Value, op
 TRANSPARENT = "transparent"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Leaf:
     """One closure: a scattering model (a module of `bsdfs`), its parameters by name, its weight.
 
@@ -38,6 +38,7 @@ class SurfaceBuilder:
     emission: Value | None = None
     transparency: Value | None = None
     holdout: Value | None = None
+    base: Value | None = None  # the surface's normal where displacement bends it
 
     def add(
         self,
@@ -48,10 +49,16 @@ class SurfaceBuilder:
         tangent: Value | None = None,
         dirac: bool = False,
     ) -> None:
-        """A scattering closure; negative weights count as 0, as in Cycles."""
+        """A scattering closure; negative weights count as 0, as in Cycles. Equal ones are added up."""
         weight = self.positive(weight)
-        if not is_zero(weight):
-            self.leaves.append(Leaf(bsdf, tuple(params.items()), weight, normal, tangent, dirac))
+        if is_zero(weight):
+            return
+        new = Leaf(bsdf, tuple(params.items()), weight, normal, tangent, dirac)
+        for k, leaf in enumerate(self.leaves):
+            if replace(leaf, weight=weight) == new:
+                self.leaves[k] = replace(new, weight=self.builder.add(leaf.weight, weight))
+                return
+        self.leaves.append(new)
 
     def add_transparent(self, weight: Value) -> None:
         """A closure that lets rays pass unbent; shadow rays see the sum of these."""

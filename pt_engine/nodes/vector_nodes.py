@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..core import vectors
 from .graph import NodeView
 from .ir import FLOAT, VECTOR, Value, lane_op, op
-from .math_nodes import divide, modulo, power, round_half_up, select, wrap
+from .math_nodes import divide, floored_modulo, power, round_half_up, select
 from .registry import Outputs, node
 
 Float32 = NDArray[np.float32]
@@ -26,6 +26,17 @@ def unit(a: Float32) -> Float32:
     """a/|a|, 0 for the zero vector."""
     size = vectors.length(a)
     return a / (size + (size == 0))  # type: ignore[no-any-return]
+
+
+def truncated_modulo(a: Float32, b: Float32) -> Float32:
+    """a − b·trunc(a/b), 0 where b is 0: what Cycles' vectors have, which rounds otherwise than C's fmod."""
+    zero = b == 0
+    return select(zero, np.float32(0), a - np.trunc(a / (b + zero)) * b)
+
+
+def wrap_vector(value: Float32, high: Float32, low: Float32) -> Float32:
+    """value moved into [low, high) by whole ranges; `low` is added last."""
+    return floored_modulo(value - low, high - low) + low
 
 
 def project(a: Float32, b: Float32) -> Float32:
@@ -66,8 +77,8 @@ VECTOR_MATH: dict[str, Callable[[Float32, Float32, Float32, Float32], Any]] = {
     "FLOOR": lambda a, b, c, s: np.floor(a),
     "CEIL": lambda a, b, c, s: np.ceil(a),
     "FRACTION": lambda a, b, c, s: a - np.floor(a),
-    "MODULO": lambda a, b, c, s: modulo(a, b),
-    "WRAP": lambda a, b, c, s: wrap(a, b, c),
+    "MODULO": lambda a, b, c, s: truncated_modulo(a, b),
+    "WRAP": lambda a, b, c, s: wrap_vector(a, b, c),
     "SNAP": lambda a, b, c, s: np.floor(divide(a, b)) * b,
     "SINE": lambda a, b, c, s: np.sin(a),
     "COSINE": lambda a, b, c, s: np.cos(a),
@@ -252,18 +263,37 @@ def vector_rotate_node(n: NodeView) -> Outputs:
 
 
 @lane_op(VECTOR)
-def change_space(lanes: Any, kind: str, to_object: bool, vector: Float32) -> Float32:
-    """World to object space or back, as a vector, a point or a normal."""
+def change_space(lanes: Any, kind: str, source: str, target: str, vector: Float32) -> Float32:
+    """Between world, object and camera space, as a vector, a point or a normal, by way of the world."""
     v = np.ascontiguousarray(np.broadcast_to(vector, (3, lanes.n)))
-    if not hasattr(lanes, "to_object_vector"):
-        return v
+    has_object = hasattr(lanes, "to_object_vector")  # a world has none
+    if source == "CAMERA":
+        v = lanes.view.point_to_world(v) if kind == "POINT" else lanes.view.vector_to_world(v)
+    elif source == "OBJECT" and has_object:
+        v = object_to_world(lanes, kind, v)
+    if target == "CAMERA":
+        v = lanes.view.point(v) if kind == "POINT" else lanes.view.vector(v)
+    elif target == "OBJECT" and has_object:
+        v = world_to_object(lanes, kind, v)
+    converted = "CAMERA" in (source, target) or has_object
+    return unit(v) if kind == "NORMAL" and converted else v
+
+
+def object_to_world(lanes: Any, kind: str, v: Float32) -> Float32:
+    """A vector, point or normal of the object in the world."""
     if kind == "NORMAL":
-        return unit(lanes.to_object_normal(v) if to_object else lanes.to_world_normal(v))
-    turned: Float32 = lanes.to_object_vector(v) if to_object else lanes.to_world_vector(v)
-    if kind == "POINT" and to_object:
-        return turned + (lanes.object_position() - lanes.to_object_vector(lanes.position))  # type: ignore[no-any-return]
+        return lanes.to_world_normal(v)  # type: ignore[no-any-return]
+    turned: Float32 = lanes.to_world_vector(v)
+    return turned + lanes.object_location() if kind == "POINT" else turned
+
+
+def world_to_object(lanes: Any, kind: str, v: Float32) -> Float32:
+    """A vector, point or normal of the world in the object."""
+    if kind == "NORMAL":
+        return lanes.to_object_normal(v)  # type: ignore[no-any-return]
+    turned: Float32 = lanes.to_object_vector(v)
     if kind == "POINT":
-        return turned + lanes.object_location()  # type: ignore[no-any-return]
+        turned = turned + (lanes.object_position() - lanes.to_object_vector(lanes.position))
     return turned
 
 
@@ -273,11 +303,8 @@ def vector_transform_node(n: NodeView) -> Outputs:
     vector = n.vector("Vector", 0.5)
     if source == target:
         return {"Vector": vector}
-    if "CAMERA" in (source, target):
-        n.ignored("camera space is not known: the vector is left as it is")
-        return {"Vector": vector}
     kind = str(n.prop("vector_type", "VECTOR"))
-    return {"Vector": n.call(change_space, vector, static=(kind, target == "OBJECT"))}
+    return {"Vector": n.call(change_space, vector, static=(kind, source, target))}
 
 
 @op(FLOAT)

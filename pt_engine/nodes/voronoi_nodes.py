@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import voronoi
+from .coordinates import coordinates
 from .graph import NodeView
-from .inputs import coordinates
 from .ir import COLOR, FLOAT, VECTOR, Value, op
 from .math_nodes import divide, select
 from .noise import Octaves
@@ -107,7 +107,13 @@ def _inputs(
     return settings, point_of(dimensions, vector, w, scale), np.clip(detail, 0, 15), roughness, lacunarity
 
 
-@op(FLOAT, COLOR, VECTOR, FLOAT)
+INPUTS: Final = (
+    *("vector", "w", "scale", "detail", "roughness", "lacunarity"),
+    *("exponent", "randomness", "smoothness"),
+)
+
+
+@op(FLOAT, COLOR, VECTOR, FLOAT, rest=INPUTS)
 def voronoi_points(
     feature: str, metric: str, dimensions: int, normalize: bool, *inputs: Float32
 ) -> tuple[Float32, Float32, Float32, Float32]:
@@ -127,7 +133,7 @@ def voronoi_points(
     return distance, color, position, w
 
 
-@op(FLOAT)
+@op(FLOAT, rest=INPUTS)
 def voronoi_edge(feature: str, metric: str, dimensions: int, normalize: bool, *inputs: Float32) -> Float32:
     """Distance to the nearest edge."""
     settings, point, detail, roughness, lacunarity = _inputs(feature, metric, dimensions, inputs)
@@ -135,7 +141,7 @@ def voronoi_edge(feature: str, metric: str, dimensions: int, normalize: bool, *i
     return divide(distance, reach) if normalize else distance
 
 
-@op(FLOAT)
+@op(FLOAT, rest=INPUTS)
 def voronoi_radius(feature: str, metric: str, dimensions: int, normalize: bool, *inputs: Float32) -> Float32:
     """Radius of the n-sphere inside the cell."""
     settings, point, *_ = _inputs(feature, metric, dimensions, inputs)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +16,9 @@ from .batch import Batch, plan
 from .coverage import APPROXIMATE, Coverage, CoverageLog
 from .graph import GraphReader
 from .ir import Builder
-from .probe import mean_emission
 from .program import LanesLike
+from .sky_nodes import SunDisc
+from .suns import Sun, find_suns
 from .surface import SurfaceBuilder
 
 Float32 = NDArray[np.float32]
@@ -32,6 +34,12 @@ class WorldProgram:
         The radiance, where it is the same in every direction.
     emits : bool
         Whether any light arrives at all.
+    suns : tuple of Sun
+        Discs too small to be found by chance.
+    without_suns : WorldProgram or None
+        The same world without the `suns`, where it has any.
+    image_rows : int
+        Height of its tallest image, 0 if it has none.
     """
 
     constant: Float32 | None
@@ -39,6 +47,9 @@ class WorldProgram:
     coverage: list[Coverage] = field(default_factory=list)
     needs: frozenset[str] = frozenset()
     _batch: Batch | None = None
+    suns: tuple[Sun, ...] = ()
+    without_suns: WorldProgram | None = None
+    image_rows: int = 0
 
     def emission(self, lanes: LanesLike) -> Float32:
         """(3, n) radiance that travels along the lanes' rays backwards, into the scene."""
@@ -60,12 +71,37 @@ def compile_world(
     """Compile a world; None is black."""
     if graph is None:
         return WorldProgram(np.zeros(3, np.float32), False)
-    batch, log = _emitter(graph, textures or TextureStore(images, ocio_config), world=True)
+    textures = textures or TextureStore(images, ocio_config)
+    batch, log, discs = _emitter(graph, textures, world=True)
     known = batch.constant_emission()
     if known is None:
-        return WorldProgram(None, True, log.entries(), batch.needs, batch)
+        rows = textures.tallest(node.props.get("image") for node in graph.nodes)
+        world = WorldProgram(None, True, log.entries(), batch.needs, batch, image_rows=rows)
+        suns = find_suns(discs)
+        if suns:
+            world.suns = suns
+            plain, _, _ = _emitter(graph, textures, world=True, draw_suns=False)
+            world.without_suns = WorldProgram(None, True, _batch=plain, image_rows=rows)
+        return world
     radiance = np.ascontiguousarray(known[:, 0])
     return WorldProgram(radiance, bool((radiance != 0).any()), log.entries(), batch.needs)
+
+
+class LightProgram(NamedTuple):
+    """What a lamp's node tree does to its power.
+
+    Attributes
+    ----------
+    constant : (3,) float32
+        Its factor; 1 where it varies.
+    coverage : list of Coverage
+    batch : Batch or None
+        The factor where it varies.
+    """
+
+    constant: Float32
+    coverage: list[Coverage]
+    batch: Batch | None = None
 
 
 def compile_light(
@@ -73,22 +109,26 @@ def compile_light(
     images: Sequence[ImageData] = (),
     ocio_config: str = "",
     textures: TextureStore | None = None,
-) -> tuple[Float32, list[Coverage]]:
-    """The constant factor (3,) of a lamp's node tree on its power, and what that leaves out."""
+) -> LightProgram:
+    """Compile a lamp; None is the factor 1."""
+    one = np.ones(3, np.float32)
     if graph is None:
-        return np.ones(3, np.float32), []
-    batch, log = _emitter(graph, textures or TextureStore(images, ocio_config), world=False)
+        return LightProgram(one, [])
+    batch, log, _ = _emitter(graph, textures or TextureStore(images, ocio_config), world=False)
     known = batch.constant_emission()
-    if known is None:
-        log.note(graph.name, APPROXIMATE, "the lamp's colour varies; its mean is used in all directions")
-        known = mean_emission(batch)
-    return np.ascontiguousarray(known[:, 0]), log.entries()
+    if known is not None:
+        return LightProgram(np.ascontiguousarray(known[:, 0]), log.entries())
+    if batch.needs & {"depth", "transparent_depth"}:
+        log.note(graph.name, APPROXIMATE, "a lamp does not know how deep the path is: 1, and 0 transparent")
+    return LightProgram(one, log.entries(), batch)
 
 
-def _emitter(graph: Graph, textures: TextureStore, world: bool) -> tuple[Batch, CoverageLog]:
+def _emitter(
+    graph: Graph, textures: TextureStore, world: bool, draw_suns: bool = True
+) -> tuple[Batch, CoverageLog, list[SunDisc]]:
     builder, log = Builder(), CoverageLog(graph.name)
     out = SurfaceBuilder(builder)
-    reader = GraphReader(graph, builder, textures, log, world)
+    reader = GraphReader(graph, builder, textures, log, world, draw_suns)
     link = graph.outputs.get("Surface")
     if link is not None:
         reader.closures(link, builder.one, out)
@@ -98,4 +138,4 @@ def _emitter(graph: Graph, textures: TextureStore, world: bool) -> tuple[Batch, 
         log.note(node, "ignored", effect)
     out.leaves, out.transparency = [], None
     key, constants = plan(out)
-    return Batch(key, [constants], [0]), log
+    return Batch(key, [constants], [0]), log, reader.suns

@@ -29,7 +29,7 @@ class Direct(Integrator):
     """What the three have in common: emission at p₁, then one bounce."""
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
-        path = PathState.start(sampler, scene.tracks_history)
+        path = PathState.start(sampler, scene.tracks_history, scene.history(rays))
         found = scene.intersect(rays)
         for hit in scene.emission(rays, found, path):
             path.gather(hit)
@@ -84,7 +84,9 @@ class DirectEmitter(Direct):
         here = si.part(slice(0, m))
         light = scene.sample_emitter(here, random.emitter(0)[:, :m], path)
         value, _ = bsdf.eval_pdf(light.wo)
-        path.L[:, :m] += scene.unoccluded(here, light, value * light.weight, self.transparent_depth)
+        path.L[:, :m] += scene.unoccluded(
+            here, light, value * light.weight, self.transparent_depth, path.part(slice(0, m))
+        )
 
 
 class DirectMIS(Direct):
@@ -104,7 +106,7 @@ class DirectMIS(Direct):
             value, pdf = bsdf.eval_pdf(light.wo)
             weight = mis(light.pdf, pdf * np.logical_not(light.delta))
             path.L[:, :m] += scene.unoccluded(
-                here, light, value * light.weight * weight, self.transparent_depth
+                here, light, value * light.weight * weight, self.transparent_depth, path.part(slice(0, m))
             )
         rays = path.scatter(si, bsdf.sample(random.bsdf(0)))
         for hit in scene.emission(rays, scene.intersect(rays), path):

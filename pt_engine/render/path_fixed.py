@@ -24,7 +24,7 @@ class PathFixed(Integrator):
     description = "Every path has max_depth edges; nothing leaves the batch"
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
-        path = PathState.start(sampler, scene.tracks_history)
+        path = PathState.start(sampler, scene.tracks_history, scene.history(rays))
         edges = self.max_depth + scene.transparent_surfaces * self.transparent_depth
         for bounce in range(edges):
             found = scene.intersect(rays)

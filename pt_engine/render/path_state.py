@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..bsdfs.base import Lobe
-from ..core import vectors
+from ..core import keyed, vectors
 from ..core.raykind import RayKind
 from ..core.rows import Rows, scatter_add
 from ..scene.accel import FAR
@@ -58,8 +58,16 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         `RayKind` bits; real bounces and transparent surfaces so far.
     place, place_here : (N,) int32
         `LightSample.place` of the last real bounce, and of the surface where the path is now.
+    radius, spread : (N,) float32, or None
+        Of the ray's cone where the last segment began, where it is tracked: Cycles' compact ray
+        differentials (Igehy 1999). No bounce changes how it widens.
+    sharpness : (N,) float32, or None
+        Smallest density of the path's directions so far, where it is tracked.
+    diffuse_depth, glossy_depth, transmission_depth, portal_depth : (N,) int32
+        Bounces of one kind so far.
 
-    Only scenes in which somebody asks (`Scene.tracks_history`) carry these lane by lane.
+    Only scenes in which somebody asks (`Scene.tracks_history`, `Scene.history`) carry all from `travelled`
+    on lane by lane.
     """
 
     beta: Float32
@@ -71,21 +79,31 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     _history: dict[str, NDArray[Any]] | None  # None: all lanes are alike
 
     @classmethod
-    def start(cls, sampler: LaneSampler, tracked: bool) -> PathState:
-        """Camera paths: β = 1, L = 0, and a Dirac density, since no emitter sample competes."""
+    def start(
+        cls,
+        sampler: LaneSampler,
+        tracked: bool,
+        more: Mapping[str, NDArray[Any]] | None = None,
+        first: int = 0,
+    ) -> PathState:
+        """The camera rays from `first` on: β = 1, L = 0, a Dirac density, since no emitter competes.
+
+        `more` are those rows of the history that only some scenes have (`Scene.history`).
+        """
         n = sampler.state.shape[1]
         path = cls.empty(n)
         path.beta[:], path.L[:] = 1, 0
-        path.slot[:], path.random[:] = np.arange(n), sampler.state.view(np.int32)
+        path.slot[:], path.random[:] = np.arange(first, first + n), sampler.state.view(np.int32)
         path.pdf = np.full(n, np.inf, np.float32)
         path.bounces, path._history = 0, None
         if tracked:
             path._history = {name: path._column(name).copy() for name in HISTORY}
+            path._history |= more or {}
         return path
 
     def _column(self, name: str) -> NDArray[Any]:
         """Lane by lane where it is tracked; else the same number on all, without the memory."""
-        if self._history is not None:
+        if self._history is not None and name in self._history:
             return self._history[name]
         kind = RayKind.REFLECTION if self.bounces else RayKind.CAMERA
         values = {"kind": np.int32(kind), "depth": np.int32(self.bounces), "travelled": np.float32(0)}
@@ -111,10 +129,47 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     def place(self) -> Int32:
         return self._column("place")
 
-    def chooses_light_at(self, place: Int32) -> None:
-        """Note where the first lanes, those that sample an emitter, are."""
-        if self._history is not None:
+    def places(self, lanes: NDArray[np.intp] | slice) -> Int32 | None:
+        """`place` of some lanes; None where it is not tracked, for then nobody asks."""
+        return self.place[lanes] if self._history is not None else None
+
+    def chooses_light_at(self, place: Int32 | None) -> None:
+        """Note where the first lanes, those that sample an emitter, are; None where that does not matter."""
+        if self._history is not None and place is not None:
             self._history["place_here"][: len(place)] = place
+
+    @property
+    def radius(self) -> Float32 | None:
+        return (self._history or {}).get("radius")
+
+    @property
+    def spread(self) -> Float32 | None:
+        return (self._history or {}).get("spread")
+
+    @property
+    def sharpness(self) -> Float32 | None:
+        return (self._history or {}).get("sharpness")
+
+    @property
+    def noise(self) -> NDArray[np.uint32]:
+        """(2, N) for the random numbers of nodes (see `core.keyed`), new after each bounce."""
+        return keyed.noise(self.random.view(np.uint32), self.bounces)
+
+    @property
+    def diffuse_depth(self) -> Int32:
+        return self._column("diffuse_depth")
+
+    @property
+    def glossy_depth(self) -> Int32:
+        return self._column("glossy_depth")
+
+    @property
+    def transmission_depth(self) -> Int32:
+        return self._column("transmission_depth")
+
+    @property
+    def portal_depth(self) -> Int32:
+        return self._column("portal_depth")
 
     def take(self, index: NDArray[np.intp]) -> PathState:
         """The paths at `index`, in that order. The density is not carried: it was for this hit."""
@@ -123,6 +178,23 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     def part(self, span: slice) -> PathState:
         """A view of consecutive paths."""
         return self._with_history(super().part(span), lambda row: row[span])
+
+    def going_on(self, lanes: NDArray[np.intp]) -> PathState:
+        """The paths at `lanes` between two hits, where the density is still needed."""
+        path = self.take(lanes)
+        path.pdf = self.pdf.take(lanes)
+        return path
+
+    @classmethod
+    def joined(cls, paths: list[PathState]) -> PathState:
+        """All of some paths of one generation, side by side."""
+        path = cls(np.concatenate([p.data for p in paths], axis=1))
+        path.pdf = np.concatenate([p.pdf for p in paths])
+        path.bounces, path._history = paths[0].bounces, None
+        histories = [p._history for p in paths if p._history is not None]
+        if histories:
+            path._history = {name: np.concatenate([h[name] for h in histories]) for name in histories[0]}
+        return path
 
     def _with_history(self, path: PathState, pick: Callable[[NDArray[Any]], NDArray[Any]]) -> PathState:
         path.bounces, path._history = self.bounces, None
@@ -151,6 +223,12 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
             self._history["depth"] = self._history["depth"] + 1
             self._history["travelled"] = np.zeros(self.size, np.float32)
             self._history["place"] = self._history["place_here"].copy()
+            if "radius" in self._history:
+                self._history["radius"] = self._history["radius"] + self._history["spread"] * si.t
+            if "sharpness" in self._history:
+                self._history["sharpness"] = np.minimum(self._history["sharpness"], to.pdf)
+            for name in DEPTH_OF_LOBE.keys() & self._history.keys():
+                self._history[name] = self._history[name] + DEPTH_OF_LOBE[name].take(to.lobe)
         return leave(si, to.wo)
 
     def go_on(self, scene: Scene, si: Surface, to: Scattered, max_depth: int) -> Rays:
@@ -169,9 +247,13 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         self.pdf[passing], self.kind[passing] = before.pdf, before.kind
         self.depth[passing], self.passed[passing] = before.depth, before.passed + 1
         self.travelled[passing], self.place[passing] = travelled, before.place
+        for name in DEPTH_OF_LOBE.keys() & (self._history or {}).keys():
+            getattr(self, name)[passing] = getattr(before, name)
         if scene.has_portals:  # no emitter sample reaches through them
             away = np.flatnonzero(to.lobe & Lobe.PORTAL)
             self.pdf[away], self.travelled[away] = np.inf, 0
+            if "portal_depth" in (self._history or {}):
+                self.portal_depth[away] += 1
         return rays
 
     def ride_along(self, moved: PathState, rays: Rays) -> Rays:
@@ -205,3 +287,16 @@ def _kind_of_lobe(lobe: int) -> int:
 
 
 KIND_OF_LOBE = np.array([_kind_of_lobe(lobe) for lobe in range(64)], np.int32)
+
+
+def _counted(kind: int, but: int = 0) -> Int32:
+    """(lobes,) 1 where a bounce is of a kind and not of another."""
+    counts: Int32 = (((KIND_OF_LOBE & kind) != 0) & ((KIND_OF_LOBE & but) == 0)).astype(np.int32)
+    return counts
+
+
+DEPTH_OF_LOBE = {
+    "diffuse_depth": _counted(RayKind.DIFFUSE, but=RayKind.TRANSMISSION),
+    "glossy_depth": _counted(RayKind.GLOSSY, but=RayKind.TRANSMISSION),
+    "transmission_depth": _counted(RayKind.TRANSMISSION),
+}

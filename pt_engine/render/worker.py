@@ -42,7 +42,7 @@ class Worker:
     def __init__(
         self, scene: Scene, settings: RenderSettings, integrator: Integrator, sampler: Sampler
     ) -> None:
-        self._scene = scene.with_pixels(settings.width)
+        self._scene = scene.with_pixels(settings.width, settings.height)
         self._settings = settings
         self._integrator, self._sampler = integrator, sampler
         self._filter = FilterTable(settings.pixel_filter, settings.filter_width)

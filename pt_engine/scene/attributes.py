@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .geometry import Geometry
 from .snapshot import MeshData, Snapshot
+from .tangent_space import face_normals, tangent_space
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -82,11 +83,22 @@ def build_layer(
 def normal_layer(snapshot: Snapshot, geometry: Geometry) -> Layer | None:
     """Object-space shading normals, or None where every mesh is flat."""
     pick = {
-        m: (mesh.normals, mesh.normal_index)
+        m: (usable(mesh.normals), mesh.normal_index)
         for m, mesh in enumerate(snapshot.meshes)
         if mesh.normals is not None and mesh.normal_index is not None
     }
     return build_layer(snapshot, geometry, pick, (0.0, 0.0, 1.0)) if pick else None
+
+
+def usable(normals: Float32) -> Float32:
+    """Normals (K, 3) to interpolate and square: what is not finite is 0, what is huge is shortened."""
+    largest = np.abs(normals).max(axis=1, keepdims=True)
+    if np.max(largest, initial=0) < 1e6:
+        return normals
+    finite = np.isfinite(largest)
+    scale = np.where(finite, np.maximum(largest, 1), np.float32(1)).astype(np.float32)
+    shortened: Float32 = np.where(finite, normals, np.float32(0)).astype(np.float32) / scale
+    return shortened
 
 
 def uv_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:
@@ -109,11 +121,64 @@ def color_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:
     return build_layer(snapshot, geometry, pick, (0.0, 0.0, 0.0, 0.0))
 
 
+def attribute_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:
+    """What an Attribute node reads: x, y, z, alpha and the number, which of a pair is its x, else the mean.
+
+    "uv" and "vertex_color" are Cycles' names of the active uv map and colour.
+    """
+    pick = {}
+    for m, mesh in enumerate(snapshot.meshes):
+        pair = mesh.uvs.get(mesh.active_uv if name == "uv" else name)
+        color = mesh.colors.get(mesh.active_color if name == "vertex_color" else name)
+        if pair is not None and mesh.corner_index is not None:
+            zero = np.zeros(len(pair), np.float32)
+            pick[m] = np.stack([*pair.T, zero, zero + 1, pair[:, 0]], axis=1), mesh.corner_index
+        elif color is not None:
+            number = (color[:, 0] + color[:, 1] + color[:, 2]) * np.float32(1 / 3)
+            pick[m] = np.concatenate([color, number[:, None]], axis=1), _color_index(mesh, color)
+    return build_layer(snapshot, geometry, pick, (0.0, 0.0, 0.0, 1.0, 0.0))
+
+
 def _color_index(mesh: MeshData, color: Float32) -> Int32:
     corners = mesh.corner_index
     if corners is not None and (not corners.size or int(np.max(corners)) < len(color)):
         return corners  # also where there are as many corners as vertices: a single quad
     return mesh.triangles
+
+
+def tangent_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:
+    """MikkTSpace tangents along a uv map and the sign of their bitangents; 0 where the map is missing.
+
+    "" is each mesh's active map; a mesh without any has a sphere's around its origin, as in Cycles.
+    """
+    pick = {}
+    for m, mesh in enumerate(snapshot.meshes):
+        uv = corner_uv(mesh, name)
+        if uv is None:
+            continue
+        points = mesh.vertices[mesh.triangles]
+        if mesh.normals is not None and mesh.normal_index is not None:
+            normals = mesh.normals[mesh.normal_index]
+        else:
+            normals = np.repeat(face_normals(points)[:, None], 3, axis=1)
+        tangent, sign = tangent_space(points, normals, uv)
+        values = np.concatenate([tangent, sign[..., None]], axis=2).reshape(-1, 4)
+        pick[m] = values, np.arange(len(values), dtype=np.int32).reshape(-1, 3)
+    return build_layer(snapshot, geometry, pick, (0.0, 0.0, 0.0, 0.0))
+
+
+def corner_uv(mesh: MeshData, name: str) -> Float32 | None:
+    """(T, 3, 2) of a uv map, of longitude and latitude where "" finds none."""
+    uv = mesh.uvs.get(name or mesh.active_uv)
+    if uv is not None and mesh.corner_index is not None:
+        return uv[mesh.corner_index]
+    if name or mesh.active_uv:
+        return None
+    x, y, z = mesh.vertices.T
+    longitude = (0.5 - np.arctan2(x, y) / (2 * np.pi)) * ((x != 0) | (y != 0))
+    length = np.sqrt(x * x + y * y + z * z)
+    latitude = (1 - np.arccos(z / (length + (length == 0))) / np.pi) * (length > 0)
+    return np.stack([longitude, latitude], axis=1).astype(np.float32)[mesh.triangles]
 
 
 def generated_layer(snapshot: Snapshot, geometry: Geometry) -> Layer:

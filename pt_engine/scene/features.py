@@ -47,6 +47,11 @@ def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[s
             any(len(b.kinds) > 1 for b in batches),
             "every material has a single closure",
         ),
+        "rays from shading": ("traced" in needs, "no visible material looks around"),
+        "displacement": (
+            any(int(m) in scene.materials.displacement for m in scene.used_materials),
+            "no visible material moves vertices",
+        ),
         "uv maps": ("uv" in needs or "tangent" in needs, "no visible material reads one"),
         "colour attributes": ("color" in needs, "no visible material reads one"),
         "material batches": (len(scene.groups) > 1, "all materials share one program"),

@@ -8,15 +8,21 @@ from __future__ import annotations
 
 import copy
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
+from ..core.view import View
+from ..nodes.ir import REST
 from .accel import Hits
+from .arrivals import Arrival
+from .bevel import bevelled
 from .geometry import BOUND, EMITTER, INSTANCE, NORMAL, PLANE, Geometry
 from .moved import moved, steps
+from .rest import at_rest, rest_steps
+from .tracing import open_share
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -124,35 +130,6 @@ class Surface:
         return (self.facing < 0).astype(np.float32)
 
 
-class Arrival(Protocol):
-    """How rays came to a point: what `PathState` knows of it."""
-
-    @property
-    def kind(self) -> Int32: ...
-    @property
-    def depth(self) -> Int32: ...
-    @property
-    def passed(self) -> Int32: ...
-
-
-class Arrivals(NamedTuple):
-    """How some rays came, apart from their paths."""
-
-    kind: Int32
-    depth: Int32
-    passed: Int32
-
-    @classmethod
-    def by(cls, kind: int, n: int) -> Arrivals:
-        """`n` rays of one kind that have met nothing before."""
-        zero = np.zeros(n, np.int32)
-        return cls(np.full(n, kind, np.int32), zero, zero)
-
-    def take(self, index: NDArray[np.intp]) -> Arrivals:
-        """Some of them."""
-        return Arrivals(*(row.take(index) for row in self))
-
-
 class Lanes:
     """A slice of lanes on surfaces of one batch, for shader programs.
 
@@ -167,10 +144,17 @@ class Lanes:
         Whether the slice lies on geometry with shading normals.
     """
 
+    displaced: Lanes | None = None  # where these lanes are those before displacement: those after it
+
     def __init__(self, scene: Scene, si: Surface, path: Arrival, smooth: bool) -> None:
         self.scene, self.si, self.smooth, self._path = scene, si, smooth, path
         self.n = si.size
         self.p, self.wi, self.ng = si.p, si.wi, si.ng
+
+    @property
+    def view(self) -> View:
+        """The camera's space and image."""
+        return self.scene.view
 
     @property
     def ray_kind(self) -> Int32:
@@ -187,6 +171,10 @@ class Lanes:
         """(n,) transparent surfaces passed so far."""
         return self._path.passed
 
+    def depth_of(self, kind: str) -> Int32:
+        """(n,) bounces of one kind so far: "diffuse", "glossy", "transmission" or "portal"."""
+        return getattr(self._path, f"{kind}_depth")  # type: ignore[no-any-return]
+
     @cached_property
     def backfacing(self) -> Float32:
         """(n,) 1 where the viewer is behind the face, else 0."""
@@ -194,8 +182,34 @@ class Lanes:
 
     @cached_property
     def ray_length(self) -> Float32:
-        """(n,) length of the ray that arrived."""
-        return self.si.t
+        """(n,) length of the ray that arrived, from the last real bounce."""
+        return self.si.t + self._path.travelled
+
+    @property
+    def sharpness(self) -> Float32 | None:
+        """(n,) smallest density among the path's directions so far; None where it is not tracked."""
+        return self._path.sharpness
+
+    @property
+    def noise(self) -> NDArray[np.uint32] | None:
+        """(2, n) what `core.keyed` makes random numbers of; None where there are none."""
+        return self._path.noise
+
+    def open_share(self, normal: Float32, distance: Float32, samples: int, local: bool, key: int) -> Float32:
+        """(n,) see `tracing.open_share`."""
+        return open_share(self, normal, distance, samples, local, key)
+
+    def bevelled(self, radius: Float32, samples: int, key: int) -> Float32:
+        """(3, n) see `bevel.bevelled`."""
+        return bevelled(self, radius, samples, key)
+
+    @cached_property
+    def footprint(self) -> Float32:
+        """(n,) width of the ray that arrived, where it arrived."""
+        radius, spread = self._path.radius, self._path.spread
+        if radius is None or spread is None:
+            return np.float32(self.scene.pixel_angle) * self.ray_length
+        return radius + spread * self.si.t
 
     @property
     def position(self) -> Float32:
@@ -214,7 +228,11 @@ class Lanes:
             return self.ng
         n = self.to_world_normal(self.object_normal())
         n *= 1 - 2 * self.backfacing
-        return vectors.normalize(n)
+        n = vectors.normalize(n)
+        lost = np.flatnonzero(~(vectors.dot(n, n) > 0.5))  # corners that cancel, or say nothing: as in Cycles
+        if len(lost):
+            n[:, lost] = self.ng.take(lost, axis=1)
+        return n
 
     def object_normal(self) -> Float32:
         """(3, n) interpolated shading normal in object space (unnormalised); needs `smooth`."""
@@ -253,41 +271,52 @@ class Lanes:
         si = self.si
         return self.scene.layer("color", name).at(si.prim, si.instance, si.u, si.v)
 
+    def attribute(self, name: str) -> Float32:
+        """(5, n) of an attribute: x, y, z, alpha, and what it is as a number."""
+        si = self.si
+        return self.scene.layer("attribute", name).at(si.prim, si.instance, si.u, si.v)
+
     def generated(self) -> Float32:
         """(3, n) Generated coordinates."""
         si = self.si
         return self.scene.layer("generated", "").at(si.prim, si.instance, si.u, si.v)
 
-    def tangent(self, uv_name: str) -> tuple[Float32, Float32]:
-        """World-space unit direction of growing u, orthogonal to `ns`, and the sign of the bitangent.
-
-        Per triangle, from the uv gradient (Mikkelsen's per-vertex smoothing is left out).
-        """
-        along_u, sign = self.object_tangent(uv_name)
-        tangent = self.to_world_vector(along_u)
-        tangent -= vectors.dot(tangent, self.ns) * self.ns
-        return vectors.normalize(tangent), sign
-
     def object_tangent(self, uv_name: str) -> tuple[Float32, Float32]:
-        """Object-space unit direction of growing u in the triangle, and the sign of the bitangent."""
+        """Object-space direction of growing u (unnormalised), sign of the bitangent; 0 without the map."""
         si = self.si
-        e1, e2 = edges(self.scene.layer("position", "").corners(si.prim, si.instance))
-        d1, d2 = edges(self.scene.layer("uv", uv_name).corners(si.prim, si.instance))
-        along_u = e1 * d2[1] - e2 * d1[1]  # dp/du times the determinant
-        determinant = d1[0] * d2[1] - d1[1] * d2[0]
-        sign = np.copysign(np.float32(1), determinant)
-        return vectors.normalize(along_u * sign), sign
+        values = self.scene.layer("tangent", uv_name).at(si.prim, si.instance, si.u, si.v)
+        return values[:3], values[3]
+
+    def edges(self) -> tuple[Float32, Float32]:
+        """(3, n) world-space edges from a triangle's corner 0 to 1 and 2, turned round from behind."""
+        si, side = self.si, 1 - 2 * self.backfacing
+        a, b, c = self.scene.layer("position", "").corners(si.prim, si.instance)
+        first, second = (self.to_world_vector(e) * side for e in (b - a, c - a))
+        return first, second
 
     def barycentric(self) -> Float32:
         """(2, n) weights of the triangle's corners 1 and 2."""
         return np.stack([self.si.u, self.si.v])
 
+    def sides(self) -> list[tuple[Float32, Float32]]:
+        """The triangle's three edges and the way to the point from where each begins, (3, n) in the world."""
+        si = self.si
+        a, b, c = self.scene.layer("position", "").corners(si.prim, si.instance)
+        p = a + si.u * (b - a) + si.v * (c - a)
+        pairs = ((b - a, p - a), (c - b, p - b), (a - c, p - c))
+        return [(self.to_world_vector(edge), self.to_world_vector(toward)) for edge, toward in pairs]
+
     def bump_steps(self, width: float) -> tuple[Float32, Float32]:
         """Two small steps (3, n) along the faces, `width` of a pixel long, for Bump."""
-        return steps(self, width)
+        return steps(self, width) if self.displaced is None else rest_steps(self, self.displaced, width)
 
     def shifted(self, axis: int, width: float) -> Lanes:
-        """The lanes one such step along; `axis` 1 or 2. Needs the "position" layer."""
+        """The lanes one such step along; `axis` 1 or 2. Needs the "position" layer.
+
+        4, 5 and 6 are the lanes before displacement, and one step along there.
+        """
+        if axis & REST:
+            return at_rest(self, axis & 3, width)
         return moved(self, self.bump_steps(width)[axis - 1])
 
     def object_random(self) -> Float32:
@@ -306,66 +335,9 @@ class Lanes:
         """(3, n) Object Info's Location."""
         return self.scene.transforms.location(self.si.instance)
 
-
-def edges(corners: tuple[Float32, Float32, Float32]) -> tuple[Float32, Float32]:
-    """Differences to the first corner."""
-    a, b, c = corners
-    return b - a, c - a
-
-
-class SkyLanes:
-    """Lanes whose ray left the scene: every coordinate is the ray's direction, as in Blender.
-
-    Parameters
-    ----------
-    direction : (3, N) float32
-        World direction of travel.
-    kind : (N,) int32
-        `RayKind` bits.
-    """
-
-    def __init__(self, direction: Float32, kind: Int32) -> None:
-        self.n = direction.shape[1]
-        self.position = self.p = direction
-        self.wi = self.ng = self.ns = -direction
-        self.ray_kind = kind
-        self.depth = self.transparent_depth = self.material = np.zeros(self.n, np.int32)
-        self.backfacing = np.zeros(self.n, np.float32)
-        self.ray_length = np.full(self.n, np.float32(1e30))
-        self._direction = direction
-
-    def generated(self) -> Float32:
-        """(3, n) the direction."""
-        return self._direction
-
-    object_position = generated
-
-    def uv(self, name: str) -> Float32:
-        """Zero: the sky has no uv map."""
-        return np.zeros((2, self.n), np.float32)
-
-    def color(self, name: str) -> Float32:
-        """Zero: the sky has no colour attribute."""
-        return np.zeros((4, self.n), np.float32)
-
-    def tangent(self, uv_name: str) -> tuple[Float32, Float32]:
-        """Zero: the sky has no uv map."""
-        return np.zeros((3, self.n), np.float32), np.ones(self.n, np.float32)
-
-    def barycentric(self) -> Float32:
-        """Zero."""
-        return np.zeros((2, self.n), np.float32)
-
-    def object_random(self) -> Float32:
-        """Zero."""
-        return np.zeros(self.n, np.float32)
-
-    object_index = object_random
-
-    def object_color(self) -> Float32:
-        """Zero."""
-        return np.zeros((4, self.n), np.float32)
-
-    def object_location(self) -> Float32:
-        """Zero."""
-        return np.zeros((3, self.n), np.float32)
+    def per_object(self, name: str) -> Float32:
+        """(4, n) a row of `Instances.attributes`; 0 where the snapshot has none."""
+        table = self.scene.instances.attributes.get(name)
+        if table is None:
+            return np.zeros((4, self.n), np.float32)
+        return np.ascontiguousarray(table.take(self.si.instance, axis=0).T)

@@ -8,26 +8,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cameras import make_camera
-from ..core.raykind import RayKind
-from ..emitters.environment import ConstantEnvironment, Environment, EnvironmentMap, texel_directions
+from ..core.view import View
 from ..emitters.lights import Lights
 from ..emitters.many import Surfaces
 from ..emitters.triangle import TriangleEmitters
 from ..nodes.compile import Materials, compile_materials
 from ..nodes.coverage import IGNORED, Coverage
-from ..nodes.world import WorldProgram, compile_light, compile_world
+from ..nodes.world import compile_light, compile_world
 from ..textures.images import TextureStore
 from .accel import Accel
-from .attributes import Layer, color_layer, generated_layer, normal_layer, position_layer, uv_layer
+from .attributes import (
+    Layer,
+    attribute_layer,
+    color_layer,
+    generated_layer,
+    normal_layer,
+    position_layer,
+    tangent_layer,
+    uv_layer,
+)
+from .displace import displaced
 from .features import features
 from .geometry import BOUND, Geometry, pack, place
-from .lanes import SkyLanes
+from .lamp_shader import LampShader
+from .own import OwnObjects, looking_at_themselves
 from .scene import Scene
-from .snapshot import Snapshot, Visibility
+from .snapshot import CameraData, Snapshot, Visibility
+from .world_light import environment
 
-Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
-ENVIRONMENT_HEIGHT = 512  # rows of the importance map; the radiance itself is never baked
 
 
 def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: int = 0) -> Scene:
@@ -49,31 +58,42 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     textures = TextureStore(snapshot.images, snapshot.ocio_config, texture_memory)
     materials = compile_materials(snapshot.materials, textures=textures)
     world = compile_world(snapshot.world, textures=textures)
+    rest = snapshot
+    snapshot = displaced(snapshot, materials, shading_layers)
+    view = view_of(snapshot.camera)
     placed = place(snapshot)
     accel = Accel(placed.vertices, placed.triangles)
+    selves = looking_at_themselves(snapshot, materials)
+    own = OwnObjects(placed, selves) if selves else None
     geometry = pack(snapshot, placed)
     prim, triangles = emissive_triangles(geometry, materials)
     lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
     lights = Lights(
         snapshot.lights,
-        np.array([strength for strength, _ in lamp_programs], np.float64).reshape(-1, 3),
+        np.array([program.constant for program in lamp_programs], np.float64).reshape(-1, 3),
         geometry.origin,
         triangles,
-        environment(world),
+        environment(world, view),
         geometry.radius,
+        [
+            LampShader(program.batch, lamp, geometry.origin, geometry.radius, view) if program.batch else None
+            for program, lamp in zip(lamp_programs, snapshot.lights, strict=True)
+        ],
         surfaces=to_light(geometry, materials),
     )
     geometry.release()
-    layers = shading_layers(snapshot, geometry, materials)
+    layers = shading_layers(snapshot, geometry, materials.needs)
+    if "rest" in materials.needs:
+        layers |= rest_layers(rest, geometry)
     scene = Scene(geometry, accel, snapshot.instances, layers, materials, world, lights, film_transparent)
     textures.release()
     scene.textures = textures
-    scene.emissive_prim = prim
+    scene.emissive_prim, scene.own = prim, own
     scene.material_names = tuple(graph.name for graph in snapshot.materials)
-    scene.camera = make_camera(snapshot.camera, geometry.origin)
+    scene.camera, scene.view = make_camera(snapshot.camera, geometry.origin), view
     scene.exposure = snapshot.exposure
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
-    scene.coverage = coverage(snapshot, scene, [entry for _, log in lamp_programs for entry in log])
+    scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
     scene.features = features(snapshot, scene, film_transparent)
     scene.build_seconds = time.perf_counter() - started
     return scene
@@ -82,7 +102,7 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
 def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32, TriangleEmitters | None]:
     """The triangles whose material emits: their numbers (also put in their records), and their table."""
     none = np.zeros(0, np.int32), None
-    emits = materials.emission_varies | (materials.emission_constant > 0).any(axis=1)
+    emits = materials.emission_varies | (materials.emission_constant != 0).any(axis=1)
     surface_emits = (geometry.surface_material >= 0) & emits[geometry.surface_material]  # never the sky's
     if not surface_emits.any():
         return none
@@ -100,52 +120,47 @@ def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32,
     return prim.astype(np.int32), emitters
 
 
+def view_of(camera: CameraData) -> View:
+    """The camera's space and image."""
+    return View(camera.kind, camera.matrix, camera.frame, camera.panorama, camera.fisheye_polynomial)
+
+
 def to_light(geometry: Geometry, materials: Materials) -> Surfaces:
     """What the choice among many emitters depends on."""
     opaque = not any(batch.transmits for batch in materials.batches)
     return Surfaces(geometry.vertices, geometry.triangles, opaque, Accel)
 
 
-def environment(world: WorldProgram) -> Environment | None:
-    """The world as an emitter to sample; its brightness is tabulated unless it is constant."""
-    if not world.emits:
-        return None
-    if world.constant is not None:
-        return ConstantEnvironment(tuple(world.constant))
-
-    def radiance(d: Float32) -> Float32:
-        kind = np.full(d.shape[1], RayKind.DIFFUSE | RayKind.REFLECTION, np.int32)
-        return world.emission(SkyLanes(d, kind))
-
-    height = ENVIRONMENT_HEIGHT
-    d = texel_directions(height, 2 * height)
-    image = np.concatenate(
-        [radiance(np.ascontiguousarray(part)).mean(axis=0) for part in np.array_split(d, 16, axis=1)]
-    )
-    return EnvironmentMap(image.reshape(height, 2 * height), radiance)
-
-
 def shading_layers(
-    snapshot: Snapshot, geometry: Geometry, materials: Materials
+    snapshot: Snapshot, geometry: Geometry, needs: frozenset[str]
 ) -> dict[tuple[str, str], Layer]:
     """The attribute tables that some material's program reads, and the normals where anything is smooth."""
     layers: dict[tuple[str, str], Layer] = {}
     normals = normal_layer(snapshot, geometry)
     if normals is not None:
         layers["normal", ""] = normals
-    for need in materials.needs:
+    for need in needs:
         kind, _, name = need.partition(":")
-        if kind in ("uv", "tangent"):
+        if kind == "uv":
             layers["uv", name] = uv_layer(snapshot, geometry, name)
-            if kind == "tangent":
-                layers["position", ""] = position_layer(snapshot, geometry)
+        elif kind == "tangent":
+            layers["tangent", name] = tangent_layer(snapshot, geometry, name)
         elif kind == "position":
             layers["position", ""] = position_layer(snapshot, geometry)
         elif kind == "color":
             layers["color", name] = color_layer(snapshot, geometry, name)
+        elif kind == "attribute":
+            layers["attribute", name] = attribute_layer(snapshot, geometry, name)
         elif kind == "generated":
             layers["generated", ""] = generated_layer(snapshot, geometry)
     return layers
+
+
+def rest_layers(snapshot: Snapshot, geometry: Geometry) -> dict[tuple[str, str], Layer]:
+    """Positions and normals of the meshes before displacement."""
+    normals = normal_layer(snapshot, geometry)
+    layers = {("rest", ""): position_layer(snapshot, geometry)}
+    return layers if normals is None else {**layers, ("rest_normal", ""): normals}
 
 
 def coverage(snapshot: Snapshot, scene: Scene, lamps: list[Coverage]) -> list[Coverage]:

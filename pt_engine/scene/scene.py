@@ -10,7 +10,7 @@ import copy
 from collections import Counter
 from collections.abc import Iterator
 from itertools import starmap
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +18,16 @@ from numpy.typing import NDArray
 from ..core import vectors
 from ..core.raykind import RayKind
 from ..core.uniforms import Uniforms
+from ..core.view import View
 from ..emitters.lights import Lights, LightSample
 from .accel import FAR, Accel, Hits
+from .arrivals import Arrivals
 from .attributes import Layer
 from .geometry import SKY, Geometry
 from .holdout import cut_holes
-from .lanes import Arrivals, Lanes, SkyLanes, Surface
+from .lanes import Lanes, Surface
 from .shading import ShadedBSDF, SliceBSDF
+from .sky_lanes import SkyLanes
 from .snapshot import Instances
 from .transforms import Transforms
 from .transmittance import transmittance
@@ -36,10 +39,14 @@ if TYPE_CHECKING:
     from ..nodes.world import WorldProgram
     from ..render.path_state import PathState
     from ..textures.images import TextureStore
+    from .own import OwnObjects
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
 BatchNumbers = NDArray[np.unsignedinteger]
+
+
+DEPTHS = frozenset({"diffuse_depth", "glossy_depth", "transmission_depth", "portal_depth"})
 
 
 class Rays(NamedTuple):
@@ -66,11 +73,14 @@ class Found(NamedTuple):
     radiance : (3, K) float32
     pdf : (K,) float32
         Density per solid angle with which emitter sampling would have chosen this direction.
+    source : str
+        "sky", "surface" or "lamp".
     """
 
     lanes: NDArray[np.intp]
     radiance: Float32
     pdf: Float32
+    source: str = "lamp"
 
 
 class Intersection(NamedTuple):
@@ -86,11 +96,6 @@ class Intersection(NamedTuple):
     surface: NDArray[np.integer]
 
 
-def arrivals(path: PathState, lanes: NDArray[np.intp]) -> Arrivals:
-    """How the rays of some lanes came to where they are."""
-    return Arrivals(path.kind.take(lanes), path.depth.take(lanes), path.passed.take(lanes))
-
-
 class Group(NamedTuple):
     """Lanes that are shaded together: a batch of materials, on flat or on smooth geometry."""
 
@@ -102,6 +107,7 @@ class Scene:
     """See the module. Built by `prepare`."""
 
     camera: Camera
+    view: View
     exposure: float = 1.0
     pixel_angle: float = 1e-3  # width of a pixel at distance 1
     lights_without_shadow: bool
@@ -110,6 +116,7 @@ class Scene:
     coverage: list[Coverage]
     build_seconds: float
     emissive_prim: Int32
+    own: OwnObjects | None = None  # where some material traces rays within its own object
     material_names: tuple[str, ...]
 
     def __init__(
@@ -137,9 +144,10 @@ class Scene:
         self.alpha: Float32 | None = None
         self._make_groups()
 
-    def with_pixels(self, width: int) -> Scene:
-        """The same scene for an image `width` pixels wide: how fine shading has to look (Bump's steps)."""
+    def with_pixels(self, width: int, height: int) -> Scene:
+        """The same scene for an image of this size: how fine shading has to look (Bump's steps)."""
         scene, data = copy.copy(self), self.camera.data
+        scene.camera = self.camera.at_resolution(width, height)
         if data.kind == "PERSP":
             scene.pixel_angle = (data.frame[1] - data.frame[0]) / width
         elif data.kind == "PANO":
@@ -172,7 +180,7 @@ class Scene:
             ],
             np.uint8 if self.dead < 255 else np.uint16,
         )
-        emits = self.materials.emission_varies | (self.materials.emission_constant > 0).any(axis=1)
+        emits = self.materials.emission_varies | (self.materials.emission_constant != 0).any(axis=1)
         self._surface_emits = (surfaces.surface_material >= 0) & emits[surfaces.surface_material]
         holds_out = np.array([batch.has_holdout for batch in batches], np.bool_)
         self.surface_holds_out = (surfaces.surface_material >= 0) & holds_out[
@@ -184,13 +192,26 @@ class Scene:
         self.passes = np.array([*passes, False])
         self.transparent_surfaces = any(passes)
         needs = self.world.needs.union(*(batch.needs for batch in self.used_batches))
-        reads_path = bool(needs & {"ray_kind", "depth", "transparent_depth"})
+        self.tracked_depths = tuple(sorted(needs & DEPTHS))
+        reads_path = bool(needs & {"ray_kind", "depth", "transparent_depth"} or self.tracked_depths)
         # without these, nobody asks what became of a path before
-        self.tracks_history = self.transparent_surfaces or reads_path or self.lights.by_place is not None
+        self.extra_history = needs & {"footprint", "sharpness"}
+        asks = reads_path or bool(self.extra_history) or self.lights.by_place is not None
+        self.tracks_history = self.transparent_surfaces or asks
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
         return self._layers[kind, name]
+
+    def history(self, rays: Rays) -> dict[str, NDArray[Any]]:
+        """What somebody asks of camera paths, beside what `PathState` knows itself."""
+        none = np.zeros(rays.d.shape[1], np.int32)
+        rows: dict[str, NDArray[Any]] = {name: none.copy() for name in self.tracked_depths}
+        if "footprint" in self.extra_history:
+            rows["radius"], rows["spread"] = self.camera.footprint(rays.d)
+        if "sharpness" in self.extra_history:
+            rows["sharpness"] = np.full(rays.d.shape[1], np.inf, np.float32)
+        return rows
 
     # ------------------------------------------------------------------ the ray's end
 
@@ -221,8 +242,9 @@ class Scene:
                 escaped = self._leave_film_clear(escaped, path)
             if len(escaped):
                 d = rays.d.take(escaped, axis=1)
-                sky = self.world.emission(SkyLanes(d, path.kind.take(escaped)))
-                yield Found(escaped, sky, self.lights.environment_pdf(d, self._place(path, escaped)))
+                o = rays.o.take(escaped, axis=1) + self.origin32 if self.view.kind == "ORTHO" else None
+                sky = self.world.emission(SkyLanes(d, self._came(path, escaped), self.view, o))
+                yield Found(escaped, sky, self.lights.environment_pdf(d, path.places(escaped)), "sky")
         if self.lights.description.meets_lamps or self.lights.description.camera_meets_lamps:
             yield from self._lamp_emission(rays, found, path)
         if self.holds_out:  # after the lamps before a holdout, ahead of what it covers
@@ -231,6 +253,12 @@ class Scene:
             lit = np.flatnonzero(self._surface_emits.take(found.surface))
             if len(lit):
                 yield self._surface_emission(lit, self.surface(rays, found, lit), path)
+
+    def _came(self, path: PathState, lanes: NDArray[np.intp]) -> Arrivals:
+        """How the rays of some lanes came here; all alike where nobody follows them."""
+        if self.tracks_history:
+            return Arrivals.of(path, lanes)
+        return Arrivals.by(int(path.kind[0]), len(lanes))
 
     def _leave_film_clear(self, escaped: NDArray[np.intp], path: PathState) -> NDArray[np.intp]:
         """Camera rays that reach the sky take their share off the film's coverage and bring no light."""
@@ -241,14 +269,10 @@ class Scene:
         others: NDArray[np.intp] = escaped[~seen]
         return others
 
-    def _place(self, path: PathState, lanes: NDArray[np.intp]) -> Int32 | None:
-        """Where emitters were chosen for at the last bounce; None where the choice is one for all."""
-        return path.place.take(lanes) if self.lights.by_place is not None else None
-
     def _surface_emission(self, lit: NDArray[np.intp], hit: Surface, path: PathState) -> Found:
         distance = hit.t + path.travelled.take(lit) if self.transparent_surfaces else hit.t
-        pdf = self.lights.pdf_triangle(hit.emitter, distance, np.abs(hit.facing), self._place(path, lit))
-        return Found(lit, self._radiance(hit, path, lit), pdf)
+        pdf = self.lights.pdf_triangle(hit.emitter, distance, np.abs(hit.facing), path.places(lit))
+        return Found(lit, self._radiance(hit, path, lit), pdf, "surface")
 
     def _radiance(self, hit: Surface, path: PathState, lanes: NDArray[np.intp]) -> Float32:
         """(3, K) emitted toward `wi`: a table where it is constant, else the materials' programs."""
@@ -257,14 +281,14 @@ class Scene:
         varying = np.flatnonzero(self.materials.emission_varies.take(material))
         if len(varying):
             radiance[:, varying] = self._evaluated(
-                hit.take(varying), arrivals(path, lanes.take(varying)), material.take(varying)
+                hit.take(varying), self._came(path, lanes.take(varying)), material.take(varying)
             )
         return radiance
 
     def evaluated_holdout(self, hit: Surface, path: PathState, lanes: NDArray[np.intp]) -> Float32:
         """(3, K) share of what the camera sees that the materials make a hole in the film."""
         material = self.geometry.surface_material.take(hit.surface)
-        return self._evaluated(hit, arrivals(path, lanes), material, "holdout")
+        return self._evaluated(hit, Arrivals.of(path, lanes), material, "holdout")
 
     def _evaluated(self, hit: Surface, came: Arrivals, material: Int32, what: str = "emission") -> Float32:
         """(3, K) what the materials' programs give for `emission` or `holdout`."""
@@ -286,8 +310,8 @@ class Scene:
         seen = (path.kind & RayKind.CAMERA) != 0
         if not self.transparent_surfaces:
             camera: bool | NDArray[np.bool_] = bool(seen[:1].any())  # all lanes are of one generation
-            place = path.place if self.lights.by_place is not None else None
-            yield from starmap(Found, self.lights.intersect(rays.o, rays.d, t, camera, place))
+            met = self.lights.intersect(rays.o, rays.d, t, camera, path.places(slice(None)))
+            yield from starmap(Found, met)
             return
         # densities count from the last real bounce, but only what lies beyond the surfaces passed is new
         back = path.travelled
@@ -325,8 +349,7 @@ class Scene:
     def sample_emitter(self, si: Surface, u: Uniforms, path: PathState) -> LightSample:
         """One emitter and a point on it per lane; the weight is Le/pdf."""
         light = self.lights.sample(si.p, si.ng, u)
-        if light.place is not None:
-            path.chooses_light_at(light.place)
+        path.chooses_light_at(light.place)
         if len(light.varying):
             light.weight[:, light.varying] *= self._radiance_at(light, si, path)
         return light
@@ -339,22 +362,35 @@ class Scene:
         prim = self.emissive_prim.take(light.triangle)
         hits = Hits(distance, light.barycentric[0], light.barycentric[1], prim)
         at = Surface(self.geometry, hits, np.arange(len(lanes)), si.p.take(lanes, axis=1), wo)
-        before = arrivals(path, lanes)
-        came = Arrivals(
-            np.full_like(before.kind, RayKind.DIFFUSE | RayKind.REFLECTION), before.depth + 1, before.passed
+        before = self._came(path, lanes)
+        through = vectors.dot(si.ng.take(lanes, axis=1), wo) < 0
+        point = np.zeros(len(lanes), np.float32)  # a sampled place has no width; nodes trace nothing there
+        side = np.where(through, np.int32(RayKind.TRANSMISSION), np.int32(RayKind.REFLECTION))
+        came = before._replace(  # the ray stands for all closures; it is taken as a diffuse one
+            kind=side | RayKind.DIFFUSE,
+            depth=before.depth + 1,
+            diffuse_depth=before.diffuse_depth + ~through,
+            transmission_depth=before.transmission_depth + through,
+            travelled=point,
+            radius=point,
+            spread=point,
+            sharpness=None,
+            noise=None,
         )
         return self._evaluated(at, came, self.geometry.surface_material.take(at.surface))
 
-    def unoccluded(self, si: Surface, light: LightSample, contribution: Float32, limit: int) -> Float32:
+    def unoccluded(
+        self, si: Surface, light: LightSample, contribution: Float32, limit: int, path: PathState
+    ) -> Float32:
         """`contribution` where nothing lies between; dimmed by up to `limit` transparent surfaces."""
-        lit = vectors.max3(contribution) > 0
+        lit = vectors.max3(np.abs(contribution)) != 0  # negative ones too; NaN is not hidden
         tfar = light.distance * lit - ~lit  # −1 switches a ray off
         side = np.copysign(si.bound, vectors.dot(si.ng, light.wo))
         o = si.p + side * si.ng
         free = np.flatnonzero(light.distance < 0) if self.lights_without_shadow else None
         kept = None if free is None else contribution.take(free, axis=1)
         if self.transparent_surfaces:
-            contribution *= transmittance(self, o, light.wo, tfar, limit)
+            contribution *= transmittance(self, o, light.wo, tfar, limit, path)
         else:
             self.rays["shadow"] += int(np.count_nonzero(tfar > 0))
             contribution.view(np.int32)[:] &= self.accel.visible(o, light.wo, tfar)

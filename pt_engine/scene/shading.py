@@ -18,6 +18,7 @@ from ..bsdfs.base import BSDF, Lobe, gather
 from ..core import frames, vectors
 from ..core.rows import scatter
 from ..core.uniforms import Uniforms
+from .bump_shadow import bump_shadow
 from .lanes import Lanes
 from .raised_normal import raised_normal
 
@@ -39,6 +40,8 @@ class ClosureLike(Protocol):
     def normal(self) -> Float32 | None: ...
     @property
     def tangent(self) -> Float32 | None: ...
+    @property
+    def base(self) -> Float32 | None: ...
 
 
 class Scattered(NamedTuple):
@@ -155,9 +158,17 @@ class SliceBSDF:
             cos_o = local[id(frame)][2]
             f, p = closure.bsdf.eval_pdf(closure.params, frame.wi, local[id(frame)])
         if self.bent:
-            valid = self._same_side(wo, cos_o)
-            f, p = f * valid, p * valid
+            valid, shadow = self._same_side(wo, cos_o), self._shadow(k, wo)
+            f, p = f * valid * shadow, p * valid * (shadow > 0)
         return closure.weight * f, p
+
+    def _shadow(self, k: int, wo: Float32) -> Float32 | float:
+        """What bumps leave of a diffuse closure's light (`bump_shadow`)."""
+        closure = self.closures[k]
+        smooth = self.lanes.ns if closure.base is None else closure.base
+        if closure.normal is None or closure.normal is smooth or getattr(closure.bsdf, "SPECULAR", False):
+            return 1.0
+        return bump_shadow(smooth, closure.normal, wo)
 
     def _same_side(self, wo: Float32, cos_o: Float32, ng: Float32 | None = None) -> NDArray[np.bool_]:
         """Whether wo leaves on the side of the true surface that the shading frame says it does."""
@@ -184,6 +195,7 @@ class SliceBSDF:
         np.multiply(s.weight, closure.weight, out=out.weight)
         if self.bent:
             np.multiply(out.weight, self._same_side(out.wo, cos_o) | _passes(s.lobe), out=out.weight)
+            out.weight[:] *= self._shadow(0, out.wo)
         out.lobe[:] = s.lobe
         out.pdf[:] = s.pdf
         _mark_dirac(out)

@@ -58,7 +58,7 @@ class Graph:
     """A shader graph, flat: each node comes after what feeds it.
 
     `outputs` maps ``Surface``, ``Volume``, ``Displacement`` to what feeds it (only where something does);
-    `displacement_method` is BUMP, DISPLACEMENT or BOTH.
+    `displacement_method` is BUMP, DISPLACEMENT or BOTH; `pass_index` is the material's.
     """
 
     name: str
@@ -66,6 +66,7 @@ class Graph:
     outputs: dict[str, Link] = field(default_factory=dict)
     notes: tuple[tuple[str, str], ...] = ()  # (node name, what the exporter had to leave out)
     displacement_method: str = "BUMP"
+    pass_index: int = 0
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,8 @@ class MeshData:
         Unit shading normals; None where every face is flat.
     normal_index : (T, 3) int32 or None
         Row of `normals` at each corner; may be `triangles` itself where normals are per vertex.
+    flat : (T,) uint8 or None
+        1 on faces without smooth shading, where the normals are per corner and a material moves vertices.
     corner_index : (T, 3) int32 or None
         Row of the corner-domain layers (`uvs`, corner `colors`) at each corner.
     uvs : dict[str, (L, 2) float32]
@@ -122,6 +125,7 @@ class MeshData:
     material_slot: Int32
     normals: Float32 | None = None
     normal_index: Int32 | None = None
+    flat: NDArray[np.uint8] | None = None
     corner_index: Int32 | None = None
     uvs: dict[str, Float32] = field(default_factory=dict)
     colors: dict[str, Float32] = field(default_factory=dict)
@@ -153,6 +157,10 @@ class Instances:
         Bits of `Visibility`: which rays see it.
     names : tuple[str, ...]
         The object's name, for messages.
+    attributes : dict[str, (I, 4) float32]
+        What graphs ask of single objects: ``object:NAME`` and ``instancer:NAME`` are properties (RGBA),
+        ``instancer generated``, ``instancer uv`` where on its instancer an object stands; ``particle``,
+        ``particle location`` ... are the particle that it was made from.
     """
 
     mesh: Int32
@@ -163,6 +171,7 @@ class Instances:
     pass_index: Int32
     visibility: NDArray[np.uint8]
     names: tuple[str, ...]
+    attributes: dict[str, Float32] = field(default_factory=dict)
 
 
 class Visibility:

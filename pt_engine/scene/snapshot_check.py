@@ -167,6 +167,8 @@ def check_mesh(mesh: data.MeshData) -> None:
         shape(mesh.normals, (None, 3), "normals")
         shape(mesh.normal_index, (count, 3), "normal_index")
         within(mesh.normal_index, len(mesh.normals), "normal_index")
+    if mesh.flat is not None:
+        shape(mesh.flat, (count,), "flat")
     if mesh.orco is not None:
         shape(mesh.orco, (len(mesh.vertices), 3), "orco")
     check_layers(mesh)
@@ -202,6 +204,8 @@ def check_instances(snapshot: data.Snapshot) -> None:
     for name in ("random", "pass_index", "visibility"):
         shape(getattr(rows, name), (count,), f"instances.{name}")
     require(len(rows.names) == count, "instances.names has another length")
+    for name, values in rows.attributes.items():
+        shape(values, (count, 4), f"instances.attributes {name}")
 
 
 def check_graph(graph: data.Graph, images: int) -> None:

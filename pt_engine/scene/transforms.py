@@ -31,6 +31,7 @@ class Transforms:
             self._inverse = inverse.reshape(-1, 9).astype(np.float32)
             self._normal = normal.reshape(-1, 9).astype(np.float32)
             self._offset = offset.astype(np.float32)
+            self._place = (matrix[:, :3, 3] - origin).astype(np.float32)
             self._location = matrix[:, :3, 3].astype(np.float32)
 
     def vector_to_world(self, w: Float32, instance: Int32) -> Float32:
@@ -47,6 +48,12 @@ class Transforms:
         rotated += self._offset.take(instance, axis=0).T
         return rotated
 
+    def point_to_world(self, p: Float32, instance: Int32) -> Float32:
+        """(3, N) object-space positions in the recentred world."""
+        moved = self.vector_to_world(p, instance)
+        moved += self._place.take(instance, axis=0).T
+        return moved
+
     def normal_to_world(self, n: Float32, instance: Int32) -> Float32:
         """(3, N) object-space normals in world space: along the inverse's transpose (unnormalised)."""
         return _apply(self._normal.take(instance, axis=0), n)
@@ -62,8 +69,11 @@ class Transforms:
 
 def inverse_transposed(m: Float64) -> Float64:
     """M⁻ᵀ = cof(M) / det M; of a flattened object, which has no inverse, the cofactors: same directions."""
+    if not np.isfinite(m).all():
+        return np.eye(3)
     a, b, c = m.T
-    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):  # of objects beyond float32, which nothing hits
+        cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
     largest = float(np.abs(cofactors).max()) if np.isfinite(cofactors).all() else 0.0
     if largest == 0.0:
         return np.eye(3)

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from ..core import vectors
 from ..core.raykind import RayKind
 from ..core.rows import scatter
+from .arrivals import Arrival, Arrivals
 from .geometry import SKY
-from .lanes import Arrivals, Lanes, Surface
+from .lanes import Lanes, Surface
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -19,7 +20,9 @@ if TYPE_CHECKING:
 Float32 = NDArray[np.float32]
 
 
-def transmittance(scene: Scene, o: Float32, d: Float32, tfar: Float32, limit: int) -> Float32:
+def transmittance(
+    scene: Scene, o: Float32, d: Float32, tfar: Float32, limit: int, path: Arrival | None = None
+) -> Float32:
     """(3, N) product of the transparencies met in (0, `tfar`); 0 behind anything opaque.
 
     Parameters
@@ -29,6 +32,8 @@ def transmittance(scene: Scene, o: Float32, d: Float32, tfar: Float32, limit: in
         < 0 skips a ray (its result is 0).
     limit : int
         A ray that would have to pass more surfaces than this is blocked.
+    path : Arrival, optional
+        The paths that the rays belong to, which some programs ask for; None: from the camera.
     """
     from .scene import Rays
 
@@ -36,6 +41,9 @@ def transmittance(scene: Scene, o: Float32, d: Float32, tfar: Float32, limit: in
     lanes = np.flatnonzero(tfar > 0)
     light = np.ones((3, len(lanes)), np.float32)
     rays = Rays(o.take(lanes, axis=1), d.take(lanes, axis=1), tfar.take(lanes))
+    came = Arrivals.by(RayKind.SHADOW, len(lanes))
+    if path is not None and scene.tracks_history:
+        came = Arrivals.of(path, lanes)._replace(kind=came.kind, travelled=came.travelled)
     for _ in range(limit + 1):
         left = rays.tfar.copy()  # Embree overwrites tfar with the hit's distance
         found = scene.intersect(rays, "shadow")
@@ -43,27 +51,30 @@ def transmittance(scene: Scene, o: Float32, d: Float32, tfar: Float32, limit: in
         scatter(result, lanes.take(clear), light.take(clear, axis=1))
         hit = np.flatnonzero(scene.passes.take(scene.batch(found)))
         si = scene.surface(rays, found, hit)
-        dimmed = light.take(hit, axis=1) * _transparency(scene, si, scene.batch(found).take(hit))
+        came = came.take(hit)
+        dimmed = light.take(hit, axis=1) * _transparency(scene, si, scene.batch(found).take(hit), came)
         on = np.flatnonzero(vectors.max3(dimmed) > 0)
         if len(on) == 0:
             break
         kept = hit.take(on)
         lanes, light, si = lanes.take(kept), dimmed.take(on, axis=1), si.take(on)
+        came = came.take(on)
+        came = came._replace(passed=came.passed + 1, travelled=came.travelled + si.t)
         start = si.p - si.ng * si.bound  # on the far side: d runs against ng
         rays = Rays(start, -si.wi, left.take(kept) - si.t)
     return result
 
 
-def _transparency(scene: Scene, si: Surface, group: NDArray[np.integer]) -> Float32:
+def _transparency(scene: Scene, si: Surface, group: NDArray[np.integer], came: Arrivals) -> Float32:
     """(3, N) what each hit surface lets through."""
     through = np.zeros((3, si.size), np.float32)
     for number in np.flatnonzero(scene.passes):
         index = np.flatnonzero(group == number)
         if len(index) == 0:
             continue
-        came = Arrivals.by(RayKind.SHADOW, len(index))
         batch, smooth = scene.groups[number]
-        value = scene.materials.batches[batch].transparency(Lanes(scene, si.take(index), came, smooth))
+        here = Lanes(scene, si.take(index), came.take(index), smooth)
+        value = scene.materials.batches[batch].transparency(here)
         if value is not None:
             through[:, index] = value
     return through

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
@@ -100,6 +100,11 @@ class TextureStore:
                 tiles[number] = None
                 notes.append(f"{problem}: tile {number} is magenta")
         return Udim(tiles, tuple(notes))
+
+    def tallest(self, indices: Iterable[object]) -> int:
+        """Rows of the tallest of some images, as far as they were asked for; 0 for none."""
+        known = (self._pixels.get(index) for index in indices if isinstance(index, int))
+        return max((p.texels.height for p in known if isinstance(p, Pixels)), default=0)
 
     def _decoded(self, index: int) -> Pixels:
         if index not in self._pixels:

@@ -1,92 +1,11 @@
-"""Nodes that read the shading point, seen by a camera: our whole way from export to hit against Cycles.
+"""Nodes that read the shading point, seen by a camera: our whole way from export to hit against Cycles."""
 
-Objects with shear, mirroring, smooth and flat faces shine with a node's output. Cycles takes one sample
-per pixel at its centre, we look there too; pixels on an edge may see different faces, so a small share
-of pixels may differ.
-"""
-
-import tempfile
-from pathlib import Path
-from types import SimpleNamespace
-from typing import NamedTuple
-
-import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
-from support.bpy_scenes import add, cube, empty_scene, export  # noqa: E402
-
-from pt_engine.core.raykind import RayKind  # noqa: E402
-from pt_engine.scene.lanes import Lanes  # noqa: E402
-from pt_engine.scene.prepare import prepare  # noqa: E402
-from pt_engine.scene.scene import Rays  # noqa: E402
+from support.seen_nodes import build, case, compare  # noqa: E402
 
 pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="the nodes follow Cycles 5")
-SIZE = 64
-EDGES = 0.02  # share of pixels on an edge between faces
-
-
-def sphere():
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=24, ring_count=12)
-    owner = bpy.context.object
-    data = owner.data
-    bpy.data.objects.remove(owner)
-    data.shade_smooth()
-    return data
-
-
-def with_layers(data):
-    """A uv map and a corner colour attribute that vary."""
-    if not data.uv_layers:
-        data.uv_layers.new(name="UVMap")
-    uv = np.array([c for k in range(len(data.loops)) for c in ((k % 4) in (1, 2), (k % 4) > 1)], np.float32)
-    if len(data.polygons) == 6:
-        data.uv_layers[0].data.foreach_set("uv", uv * 1.3 - 0.1)
-    color = data.color_attributes.new("Tint", "FLOAT_COLOR", "CORNER")
-    values = np.random.default_rng(5).uniform(0, 1, (len(data.loops), 4)).astype(np.float32)
-    color.data.foreach_set("color", values.ravel())
-    return data
-
-
-def build():
-    scene = empty_scene()
-    camera = scene.camera
-    camera.location, camera.rotation_euler = (0.4, -7.0, 2.2), (1.28, 0.05, 0.06)
-    settings = {"pass_index": 3, "color": (0.2, 0.5, 0.7, 0.6)}
-    made = bpy.data.materials.new("Test")
-    made.use_nodes = True
-    ball_data, box_data = with_layers(sphere()), with_layers(cube())
-    for data in (ball_data, box_data):
-        data.materials.append(made)
-    ball = add(ball_data, "Ball", location=(-1.4, 0, 0.2), scale=(1.2, 1.2, 1.2), **settings)
-    ball.rotation_euler = (0.3, 0.5, 0.2)
-    box = add(box_data, "Box", location=(1.4, 0.5, 0), scale=(0.8, -0.7, 1.1), **settings)
-    box.rotation_euler = (0.4, 0.3, 0.7)
-    scene.render.engine = "CYCLES"
-    scene.render.resolution_x = scene.render.resolution_y = SIZE
-    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
-    scene.cycles.samples, scene.cycles.use_adaptive_sampling, scene.cycles.use_denoising = 1, False, False
-    scene.cycles.max_bounces = 0
-    scene.render.image_settings.file_format = "OPEN_EXR"
-    scene.render.image_settings.color_depth, scene.render.image_settings.exr_codec = "32", "NONE"
-    return scene, made.node_tree
-
-
-class Case(NamedTuple):
-    """Nodes from source to output; what feeds the node; how many pixels may differ and by how much."""
-
-    kind: str
-    output: str
-    settings: dict
-    links: dict
-    share: float = EDGES
-    tolerance: float = 2e-3
-
-
-def case(kind, output, share=EDGES, tolerance=2e-3, links=None, **settings):
-    label = " ".join([kind, output, *(str(v) for v in settings.values() if isinstance(v, str | bool))])
-    return pytest.param(Case(kind, output, settings, links or {}, share, tolerance), id=label)
-
 
 UV = ("TexCoord", "UV")
 CASES = [
@@ -119,12 +38,19 @@ CASES = [
         case("NormalMap", "Normal", links={"Color": (0.6, 0.3, 0.9, 1), "Strength": 0.7}, space=space)
         for space in ("OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD")
     ),
-    # approximate: tangents per triangle, height differences over a step of our own
-    case("NormalMap", "Normal", 0.12, 0.05, links={"Color": (0.6, 0.3, 0.9, 1), "Strength": 0.7}),
-    case("Tangent", "Tangent", 0.12, 0.05, direction_type="UV_MAP"),
+    # Cycles looks within 1/200 of a pixel of the centre, Bump's step is 1/10 long
+    *(
+        case("Bump", "Normal", 0.03, 0.02, links={"Height": ("TexNoise", "Fac"), **links})
+        for links in (
+            {"Normal": ("NewGeometry", "True Normal"), "Distance": 0.3},
+            {"Normal": ("TexCoord", "Object"), "Distance": -0.3},
+            {"Strength": 1.7, "Filter Width": 3.0},
+            {"Strength": ("TexWave", "Fac"), "Distance": ("TexWave", "Fac")},
+        )
+    ),
     *(
         case(
-            "Bump", "Normal", 0.08, 0.02, links={"Height": source, "Distance": 0.2, "Strength": 0.8}, **invert
+            "Bump", "Normal", 0.03, 0.02, links={"Height": source, "Distance": 0.2, "Strength": 0.8}, **invert
         )
         for source in (
             ("TexNoise", "Fac"),
@@ -157,93 +83,11 @@ CASES = [
 ]
 
 
-def picture():
-    """A small byte image with structure in every channel."""
-    image = bpy.data.images.get("Picture")
-    if image is None:
-        image = bpy.data.images.new("Picture", 7, 5, alpha=True)
-        values = np.random.default_rng(2).integers(0, 256, (5, 7, 4)).astype(np.float32) / 255
-        values[..., 3] = np.maximum(values[..., 3], 0.3)
-        image.pixels.foreach_set(values.ravel())
-        image.update()
-        image.pack()
-    return image
-
-
 @pytest.fixture(scope="module")
 def stage():
     return build()
 
 
-def set_up(tree, c):
-    """The material shines with the case's output."""
-    tree.nodes.clear()
-    node = tree.nodes.new("ShaderNode" + c.kind)
-    for key, value in c.settings.items():
-        setattr(node, key, picture() if key == "image" else value)
-    sources = {}
-    for name, source in c.links.items():
-        if isinstance(source, tuple) and isinstance(source[0], str):
-            kind, output = source
-            if kind not in sources:
-                sources[kind] = tree.nodes.new("ShaderNode" + kind)
-            tree.links.new(sources[kind].outputs[output], node.inputs[name])
-        else:
-            node.inputs[name].default_value = source
-    shine, end = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(next(s for s in node.outputs if s.identifier == c.output), shine.inputs["Color"])
-    tree.links.new(shine.outputs[0], end.inputs["Surface"])
-
-
-def cycles(scene):
-    """(3, n) Cycles' picture, bottom row first."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "picture.exr")
-        scene.render.filepath = str(path)
-        bpy.ops.render.render(write_still=True)
-        image = bpy.data.images.load(str(path))
-        image.colorspace_settings.name = "Non-Color"
-        pixels = np.empty(SIZE * SIZE * image.channels, np.float32)
-        image.pixels.foreach_get(pixels)
-        bpy.data.images.remove(image)
-    return np.ascontiguousarray(pixels.reshape(SIZE * SIZE, -1)[:, :3].T)
-
-
-def ours(sample=0.5):
-    """(3, n) our emission at the pixels' centres."""
-    scene = prepare(export())
-    left, right, *_ = scene.camera.data.frame
-    scene.pixel_angle = (right - left) / SIZE
-    y, x = np.mgrid[0:SIZE, 0:SIZE]
-    raster = (np.stack([x.ravel(), y.ravel()]) + sample).astype(np.float32)
-    rays = scene.camera.at_resolution(SIZE, SIZE).rays(raster)
-    rays = Rays(rays.o, rays.d, rays.tfar)
-    found = scene.intersect(rays)
-    out = np.zeros((3, SIZE * SIZE), np.float32)
-    for smooth in (False, True):
-        on = scene.geometry.surface_smooth.take(found.surface) == smooth
-        lanes = np.flatnonzero(on & (scene.geometry.surface_material.take(found.surface) > 0))
-        si = scene.surface(rays, found, lanes)
-        kind = np.full(len(lanes), RayKind.CAMERA, np.int32)
-        zero = np.zeros(len(lanes), np.int32)
-        here = Lanes(scene, si, SimpleNamespace(kind=kind, depth=zero, passed=zero), smooth)
-        batch = scene.materials.batches[scene.materials.batch_of[here.material[0]]]
-        value = batch.emission(here)
-        if value is not None:
-            out[:, lanes] = value
-    return out
-
-
 @pytest.mark.parametrize("c", CASES)
 def test_camera_sees_what_cycles_sees(c, stage):
-    scene, tree = stage
-    set_up(tree, c)
-    theirs, mine = cycles(scene), ours()
-    error = np.abs(mine - theirs).max(axis=0) / (np.abs(theirs).max(axis=0) + 0.1)
-    seen = np.abs(theirs).max(axis=0) + np.abs(mine).max(axis=0) > 0
-    wrong = ~(error <= c.tolerance) & seen
-    worst = np.argsort(error * seen)[-3:]
-    assert wrong.sum() <= c.share * max(seen.sum(), 1000), (
-        f"{wrong.sum()} of {seen.sum()} pixels differ, for example at {worst}: "
-        f"{mine[:, worst].T} instead of {theirs[:, worst].T}"
-    )
+    compare(*stage, c)

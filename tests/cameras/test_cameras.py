@@ -157,3 +157,28 @@ def test_a_ray_depends_on_its_own_numbers_only():
             many, few = camera.rays(r, u), camera.rays(r[:, 7:9].copy(), u[:, 7:9].copy())
             for a, b in zip(many, few, strict=True):
                 np.testing.assert_array_equal(a[..., 7:9], b)
+
+
+@pytest.mark.parametrize("kind", ["PERSP", "ORTHO"])
+def test_a_footprint_is_what_one_pixel_changes(kind):
+    """Mean of |∂/∂x| and |∂/∂y| of direction and origin per pixel, here by differences over 4 pixels."""
+    data = placed(kind=kind, clip=(0.5, 50.0))
+    camera, r = make_camera(data, ORIGIN, (W, H)), raster()
+    radius, spread = camera.footprint(camera.rays(r).d)
+    slopes = []
+    for part in ("o", "d"):
+        pairs = [
+            [
+                getattr(camera.rays(r + np.float32(s) * np.array(step, np.float32)), part).astype(float)
+                for s in (-2, 2)
+            ]
+            for step in ([[1], [0]], [[0], [1]])
+        ]
+        slopes.append(sum(np.linalg.norm(after - before, axis=0) for before, after in pairs) / 8)
+    np.testing.assert_allclose(spread, slopes[1], rtol=1e-3, atol=1e-6)
+    if kind == "ORTHO":
+        np.testing.assert_allclose(radius, slopes[0], rtol=1e-3)
+    else:  # Cycles lets the cone start as narrow as the ray's way to the near plane has made it
+        slant = np.linalg.norm(camera.rays(r).o.astype(float) - camera._eye, axis=0)
+        np.testing.assert_allclose(radius, spread * slant, rtol=1e-4)
+    assert radius.dtype == spread.dtype == np.float32

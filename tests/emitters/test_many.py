@@ -87,12 +87,33 @@ def test_few_emitters_and_those_far_away_are_chosen_by_power_as_ever():
             np.testing.assert_array_equal(a, b)
 
 
-def test_a_lamp_nowhere_leaves_the_choice_to_power():
-    """A place that is not a number is no reason to fail."""
-    nowhere = lamp("POINT", np.full((4, 4), np.nan), radius=0.1)
-    scene = lights(*scattered(40, radius=0.1), nowhere, surfaces=surfaces())
-    assert scene.by_place is None
-    assert scene._crowd is None
+def test_rays_that_find_an_emitter_know_the_density_of_its_sample():
+    """pdf_triangle, environment_pdf and intersect for the sample's own place: its pdf, to float32 rounding."""
+    emitters, n = triangles(20), 20_000
+    scene = lights(*SIZED.values(), triangles=emitters, environment=environment_map(), surfaces=surfaces())
+    p, up = here((0.1, 0.2, 0.0), (0, 0, 1), n)
+    s = scene.sample(p, up, np.random.default_rng(4).random((3, n), np.float32))
+    number = s.emitter - scene.lamps
+    faces = np.flatnonzero((number >= 0) & (number < 20))
+    corners = emitters.vertices[number[faces]].astype(np.float64)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.sqrt((normal**2).sum(axis=1, keepdims=True))
+    d = s.wo[:, faces].T
+    cos = np.abs((normal * d).sum(axis=1))
+    t = np.abs(((corners[:, 0] - p[:, faces].T) * normal).sum(axis=1)) / cos
+    pdf = scene.pdf_triangle(number[faces], t.astype(np.float32), cos.astype(np.float32), s.place[faces])
+    steep = cos > 0.05
+    np.testing.assert_allclose(pdf[steep], s.pdf[faces][steep], rtol=1e-3)
+    sky = np.flatnonzero(number == 20)
+    np.testing.assert_allclose(scene.environment_pdf(s.wo[:, sky], s.place[sky]), s.pdf[sky], rtol=1e-3)
+    bright = np.flatnonzero((number < 0) & (s.weight[0] > 0))
+    nearest = np.full(n, np.inf)
+    for hits in scene.intersect(p, s.wo, np.full(n, np.inf, np.float32), None, s.place):
+        off = np.abs(hits.pdf / s.pdf[hits.lanes] - 1.0)
+        nearest[hits.lanes] = np.minimum(nearest[hits.lanes], off)
+    assert faces.size > 100
+    assert sky.size > 50
+    assert np.quantile(nearest[bright], 0.99) < 2e-3  # rounding pushes a few rays off a rim
 
 
 def test_lanes_do_not_depend_on_each_other():

@@ -17,11 +17,11 @@ import pytest
 from support.node_lanes import NodeLanes
 
 from pt_engine import nodes
-from pt_engine.nodes import color_nodes, inputs, ir, math_nodes, vector_nodes, voronoi_nodes
+from pt_engine.nodes import color_nodes, ir, light_path, math_nodes, vector_nodes, voronoi_nodes
 from pt_engine.nodes.compile import catalogue  # noqa: F401  (fills the registry)
 from pt_engine.nodes.coverage import CoverageLog
+from pt_engine.nodes.displacement import displaced_normal
 from pt_engine.nodes.graph import GraphReader, NodeView
-from pt_engine.nodes.normals import displaced_normal
 from pt_engine.nodes.program import ordered_calls
 from pt_engine.nodes.registry import NODES, SHADERS
 from pt_engine.nodes.surface import SurfaceBuilder
@@ -33,6 +33,7 @@ BOTH = (False, True)
 DIMENSIONS = ("1D", "2D", "3D", "4D")
 CURVES = tuple(tuple(np.linspace(0, 1, 8).tolist()) for _ in range(3))
 RAMPS = [("RGB", kind, ((0.1, 0, 0, 0, 1), (0.9, 1, 1, 1, 0.5))) for kind in ("LINEAR", "CONSTANT")]
+CANDLE = "IESNA\nTILT=NONE\n1 100 1 3 1 1 1 0 0 0 1 1 5\n0 90 180\n0\n3 2 1\n"
 SPACES = ("TANGENT", "OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD")
 MAPPING = {
     "mapping_x": "Y",
@@ -65,7 +66,9 @@ def settings(**choices: Any) -> list[dict[str, Any]]:
 
 
 GLOSSY = settings(distribution=("GGX", "MULTI_GGX", "BECKMANN"))
+HAIR = settings(parametrization=("COLOR", "MELANIN", "ABSORPTION"), model=("CHIANG", "HUANG"))
 SETTINGS: dict[str, list[dict[str, Any]]] = {
+    "BsdfHairPrincipled": HAIR,
     "Math": settings(operation=math_nodes.MATH, use_clamp=True),
     "VectorMath": settings(operation=vector_nodes.VECTOR_MATH),
     "MapRange": settings(
@@ -120,12 +123,16 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
         projection_blend=0.3,
     ),
     "TexEnvironment": settings(image=0, projection=("EQUIRECTANGULAR", "MIRROR_BALL")),
+    "TexSky": settings(sky_type=("SINGLE_SCATTERING", "MULTIPLE_SCATTERING", "PREETHAM", "HOSEK_WILKIE")),
+    "TexIES": settings(ies_text=("", CANDLE)),
     "NormalMap": settings(space=SPACES, convention=("OPENGL", "DIRECTX")),
     "Bump": settings(invert=BOTH),
     "Displacement": settings(space=("OBJECT", "WORLD")),
     "VectorDisplacement": settings(space=("TANGENT", "OBJECT", "WORLD")),
     "Tangent": settings(axis=("X", "Y", "Z")) + [{"direction_type": "UV_MAP"}],
-    "TexCoord": settings(object_matrix=[None, tuple(np.eye(4).ravel().tolist())]),
+    "TexCoord": settings(object_matrix=[None, tuple(np.eye(4).ravel().tolist())], from_instancer=BOTH),
+    "Wireframe": settings(use_pixel_size=BOTH),
+    "Attribute": settings(attribute_name=["A", "tangent_sign"], attribute_type=("GEOMETRY", "OBJECT")),
     "BsdfGlossy": GLOSSY,
     "BsdfGlass": GLOSSY,
     "BsdfMetallic": settings(fresnel_type=("F82", "PHYSICAL_CONDUCTOR"), distribution="MULTI_GGX"),
@@ -136,10 +143,12 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
 }  # fmt: skip
 # of the nodes that compute only what some link reads
 OUTPUTS = {
-    *("Generated", "Normal", "UV", "Object", "Reflection"),
+    *("Generated", "Normal", "UV", "Object", "Reflection", "Camera", "Window"),
+    *("View Vector", "View Z Depth", "Index", "Age", "Lifetime", "Size", "Velocity"),
     *("Position", "Tangent", "True Normal", "Incoming", "Parametric", "Backfacing"),
+    *("Pointiness", "Random Per Island"),
     *("Color", "Alpha", "Location", "Object Index", "Random", "Value", "Dot"),
-    *("Ray Length", "Ray Depth", "Transparent Depth", "Diffuse Depth", *inputs.KINDS),
+    *("Ray Length", "Ray Depth", "Transparent Depth", "Diffuse Depth", *light_path.KINDS),
     *("Fac", "Fresnel", "Facing", "Quadratic", "Linear", "Constant"),
 }
 ISOTROPIC = ("Normal", "Tangent", "Anisotropic", "Anisotropy", "Coat Normal", "Vector", "Specular Tint")
@@ -245,7 +254,8 @@ def conversions() -> list[ir.Value]:
     ).value(Link(2, "Color"), 0)
     assert lit is not None
     direction = b.call(vector_nodes.normalized, values[1])  # of the Normal node, which always folds
-    return [*values, *made, normal, lit, *direction]
+    part = b.call(ir.first_component, values[2])  # programs put it in, not nodes
+    return [*values, *made, normal, lit, *direction, *part]
 
 
 def test_conversions_give_float32() -> None:

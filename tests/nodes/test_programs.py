@@ -31,7 +31,7 @@ def attribute(name="A"):
 
 def steps(compiled, material=0):
     """Names of what the material's emission does at run time."""
-    entry = compiled.batches[compiled.batch_of[material]]._emission
+    entry = compiled.batches[compiled.batch_of[material]].emission_entry
     return [] if entry is None else [s.op.name for s in entry.steps]
 
 
@@ -189,7 +189,7 @@ def test_displacement_and_notes_are_listed():
     outputs = {"Surface": Link(0, "BSDF"), "Displacement": Link(1, "Displacement")}
     material = Graph("m", nodes, outputs, (("elsewhere", "left out"),))
     states = {entry.node: entry.state for entry in compile_materials([material]).coverage}
-    assert states == {"d": EXACT, "up": APPROXIMATE, "elsewhere": IGNORED}
+    assert states == {"d": EXACT, "up": EXACT, "elsewhere": IGNORED}
 
 
 def test_needs_name_the_attributes():
@@ -214,5 +214,46 @@ def test_varying_emission_has_a_finite_estimate():
 
 
 def test_approximations_are_listed():
-    compiled = compile_materials([shining(Node("TexSky", "sky", {}), socket="Color")])
+    compiled = compile_materials(
+        [shining(Node("TexSky", "sky", {}, {"sky_type": "TOMORROW"}), socket="Color")]
+    )
     assert {entry.node: entry.state for entry in compiled.coverage}["sky"] == APPROXIMATE
+
+
+@pytest.mark.parametrize("mode", ["MIX", "SCREEN", "MULTIPLY", "DODGE"])
+def test_a_blend_of_factor_0_is_its_first_color(mode):
+    """As in Cycles, but for blends that clamp: they stay, at full cost."""
+    inputs = {"Factor_Float": 0.0, "A_Color": Link(0, "Color"), "B_Color": rgba(0.5)}
+    mix = Node("Mix", "mix", inputs, {"data_type": "RGBA", "blend_type": mode})
+    compiled = compile_materials([shining(attribute(), mix, socket="Result_Color")])
+    assert ("mix_color" in steps(compiled)) == (mode == "DODGE")
+
+
+@pytest.mark.parametrize(("second", "count"), [({}, 1), ({"Roughness": 0.5}, 2)])
+def test_equal_closures_are_one_with_the_sum_of_their_weights(second, count):
+    """w₁ f(x) + w₂ f(x) = (w₁ + w₂) f(x): two Lambertian closures are one, two different ones are not."""
+    nodes = (
+        attribute(),
+        Node("BsdfDiffuse", "a", {"Color": Link(0, "Color")}),
+        Node("BsdfDiffuse", "b", {"Color": rgba(0.25)} | second),
+        Node("AddShader", "sum", {"Shader": Link(1, "BSDF"), "Shader_001": Link(2, "BSDF")}),
+    )
+    compiled = compile_materials([graph(*nodes, socket="Shader")])
+    colors = np.random.default_rng(0).random((3, 5), np.float32)
+    closures = compiled.batches[0].closures(NodeLanes(colors={"A": colors}))
+    assert len(closures) == count
+    total = sum(np.broadcast_to(c.weight, (3, 5)) for c in closures)
+    np.testing.assert_allclose(total, colors + np.float32(0.25), rtol=1e-6)
+
+
+def test_noise_is_computed_once_for_its_color_and_its_factor():
+    """The factor is the color's first component: both cost three fractals, not four, of the same values."""
+    noise = Node("TexNoise", "noise", {"Vector": Link(0, "Color")})
+    alone = Node("Emission", "lamp", {"Color": Link(1, "Color"), "Strength": 1.0})
+    both = Node("Emission", "lamp", {"Color": Link(1, "Color"), "Strength": Link(1, "Fac")})
+    compiled = compile_materials([graph(attribute(), noise, alone), graph(attribute(), noise, both)])
+    assert [name for name in steps(compiled, 1) if "noise" in name] == ["noise_color"]
+    points = np.random.default_rng(0).random((3, 50), np.float32) * 10
+    color = emitted(compiled, 0, colors={"A": points})
+    squared = emitted(compiled, 1, colors={"A": points})
+    np.testing.assert_array_equal(squared, np.float32(color[0]) * color)

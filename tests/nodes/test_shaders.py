@@ -77,7 +77,7 @@ def test_glass_turns_its_index_around_behind_the_face():
     np.testing.assert_allclose(closure.params.eta, [1.5, 1 / 1.5, 1.5], rtol=1e-6)
 
 
-@pytest.mark.parametrize("kind", ["SubsurfaceScattering", "BsdfHair"])
+@pytest.mark.parametrize("kind", ["SubsurfaceScattering"])
 def test_stand_ins_are_listed(kind):
     compiled = compile_materials([shader(kind)])
     assert compiled.coverage[0].state == APPROXIMATE
@@ -124,7 +124,15 @@ def test_a_varying_world_depends_on_direction():
 
 
 def test_a_lamp_tree_folds_to_its_factor():
-    factor, coverage = compile_light(shader("Emission", Color=rgba((1, 0.5, 0)), Strength=3.0))
+    factor, coverage, _ = compile_light(shader("Emission", Color=rgba((1, 0.5, 0)), Strength=3.0))
     np.testing.assert_allclose(factor, [3, 1.5, 0])
     assert [entry.state for entry in coverage] == ["exact"]
     assert compile_light(None)[0].tolist() == [1, 1, 1]
+
+
+def test_film_on_glass_is_seen_from_the_glass_when_behind():
+    """Its index is then divided by the glass', as air lies beyond: 1.33/1.5."""
+    graph = shader("BsdfGlass", **{"IOR": 1.5, "Thin Film Thickness": 300.0, "Thin Film IOR": 1.33})
+    _, (closure,) = closures(graph, backfacing=np.array([0, 1, 0], np.float32))
+    np.testing.assert_allclose(closure.params.film_ior, [1.33, 1.33 / 1.5, 1.33], rtol=1e-6)
+    np.testing.assert_allclose(closure.params.film_thickness, 300)

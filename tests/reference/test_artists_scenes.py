@@ -9,12 +9,9 @@ import pytest
 
 pytest.importorskip("bpy")
 
-import bpy
 from support.artists import CASES
-from support.cycles import by_cycles, by_engine
 from support.references import outcome
 from support.shared_scenes import folder_or_skip
-from support.ztest import compare
 
 TOLERANCE = 0.03
 
@@ -29,13 +26,3 @@ def test_renders_and_agrees(case):
         assert found.agreement.agrees(TOLERANCE), str(found.agreement)
     else:
         assert found.agreement.error < TOLERANCE or case.cause, str(found.agreement)
-
-
-def test_the_panorama_agrees_but_for_its_sky(tmp_path):
-    """bevy-panorama, a fisheye in a corridor lit by emissive meshes, with the world made black in both."""
-    blend = folder_or_skip("scenes") / "bevy-panorama" / "scene.blend"
-    bpy.ops.wm.open_mainfile(filepath=str(blend), load_ui=False, use_scripts=False)
-    bpy.context.scene.world = None
-    size, samples = (48, 48), 64
-    agreement = compare(by_engine(samples, size), by_cycles(samples, size, tmp_path), grid=(6, 6))
-    assert agreement.agrees(TOLERANCE), str(agreement)

@@ -13,7 +13,7 @@ from pt_engine.bsdfs.base import Lobe
 from pt_engine.core.raykind import RayKind
 from pt_engine.core.samplers import SAMPLERS
 from pt_engine.render.dimensions import CAMERA, PER_BOUNCE, LaneSampler
-from pt_engine.render.path_state import KIND_OF_LOBE, PathState, leave, mis
+from pt_engine.render.path_state import DEPTH_OF_LOBE, KIND_OF_LOBE, PathState, leave, mis
 from pt_engine.scene.prepare import prepare
 from pt_engine.scene.scene import Found, Rays
 from pt_engine.scene.shading import Scattered
@@ -158,8 +158,16 @@ def test_scattering_multiplies_and_remembers(tracked):
     ],
 )
 def test_kinds_of_lobes(lobe, kind):
-    """Blender's Light Path: a singular ray is a glossy one too, and each is reflected or transmitted."""
+    """Blender's Light Path: a singular ray is a glossy one too, and each is reflected or transmitted.
+
+    A bounce counts once: as transmission, else as a diffuse or a glossy one.
+    """
     assert KIND_OF_LOBE[lobe] == kind
+    counts = {name: int(table[lobe]) for name, table in DEPTH_OF_LOBE.items()}
+    through = bool(kind & RayKind.TRANSMISSION)
+    assert counts["transmission_depth"] == through
+    assert counts["diffuse_depth"] == (not through and bool(kind & RayKind.DIFFUSE))
+    assert sum(counts.values()) == 1
 
 
 def test_rays_leave_on_the_side_they_go_to():
@@ -190,6 +198,20 @@ def test_gathering_weighs_by_both_densities():
 
 CLEAR = Lobe.DELTA | Lobe.TRANSMIT | Lobe.TRANSPARENT
 VEILED = SimpleNamespace(transparent_surfaces=True, has_portals=False)
+
+
+def test_the_cone_of_a_ray_grows_with_its_way():
+    """radius + spread·t at each surface, scattering or passed; how it widens stays; not kept unless given."""
+    assert start(True).radius is None
+    assert start(True).spread is None
+    radius, spread = np.random.default_rng(6).random((2, N), np.float32)
+    path, si = PathState.start(lane_sampler(), True, {"radius": radius, "spread": spread}), hits()
+    path.scatter(si, scattered())
+    np.testing.assert_allclose(path.radius, radius + spread * si.t, rtol=1e-6)
+    to = scattered(lobe=CLEAR)
+    path.go_on(VEILED, si, to, 9)
+    np.testing.assert_allclose(path.radius, radius + 2 * spread * si.t, rtol=1e-6)
+    np.testing.assert_array_equal(path.take(np.arange(3)).spread, spread[:3])
 
 
 def test_passing_a_transparent_surface_is_no_bounce():

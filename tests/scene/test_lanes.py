@@ -11,11 +11,14 @@ from support.hits import lanes_of, placed, random_directions, rotation, shoot
 
 from pt_engine.core import vectors
 from pt_engine.core.raykind import RayKind
-from pt_engine.scene.attributes import color_layer, generated_layer, position_layer, uv_layer
+from pt_engine.core.view import View
+from pt_engine.scene.arrivals import Arrivals
+from pt_engine.scene.attributes import color_layer, generated_layer, position_layer, tangent_layer, uv_layer
 from pt_engine.scene.geometry import flatten
-from pt_engine.scene.lanes import Arrivals, Lanes, SkyLanes
+from pt_engine.scene.lanes import Lanes
 from pt_engine.scene.moved import moved, steps
 from pt_engine.scene.prepare import prepare
+from pt_engine.scene.sky_lanes import SkyLanes
 
 CAMERA = make.perspective((0, 0, 5), (0, 0, 0))
 GREY = make.diffuse(0.5)
@@ -28,6 +31,7 @@ def with_all_layers(snapshot):
     scene._layers["color", "paint"] = color_layer(snapshot, geometry, "paint")
     scene._layers["generated", ""] = generated_layer(snapshot, geometry)
     scene._layers["position", ""] = position_layer(snapshot, geometry)
+    scene._layers["tangent", "map"] = tangent_layer(snapshot, geometry, "map")
     return scene
 
 
@@ -75,7 +79,8 @@ ATTRIBUTES = {
     "color": lambda lanes: lanes.color("paint"),
     "generated": lambda lanes: lanes.generated(),
     "object position": lambda lanes: lanes.object_position(),
-    "tangent": lambda lanes: lanes.tangent("map")[0],
+    "tangent": lambda lanes: lanes.object_tangent("map")[0],
+    "edges": lambda lanes: np.stack(lanes.edges()),
     "barycentric": lambda lanes: lanes.barycentric(),
     "object random": lambda lanes: lanes.object_random(),
     "object color": lambda lanes: lanes.object_color(),
@@ -154,6 +159,18 @@ def test_object_space_and_what_hangs_on_it(hits):
     np.testing.assert_allclose(lanes.generated(), p * 0.5 + 0.5, atol=1e-5)
 
 
+def test_edges_are_the_triangles_and_turned_from_behind(hits):
+    """Corner 0 + u·(edge to 1) + v·(edge to 2) is where the ray has hit; to rounding."""
+    scene, shot, matrices, side = hits
+    lanes = lanes_of(scene, shot.si)
+    si, turned = shot.si, 1 if side == "outside" else -1
+    corner, _, _ = scene.layer("position", "").corners(si.prim, si.instance)
+    place = matrices[si.instance]
+    world = np.einsum("nij,jn->in", place[:, :3, :3], corner.astype(np.float64)) + place[:, :3, 3].T
+    first, second = (edge * turned for edge in lanes.edges())
+    np.testing.assert_allclose(world + si.u * first + si.v * second, lanes.position, atol=1e-4)
+
+
 def test_object_info(hits):
     scene, shot, matrices, _ = hits
     lanes, instance = lanes_of(scene, shot.si), shot.si.instance
@@ -182,19 +199,25 @@ def test_positions_are_in_the_world_however_far_it_is(away):
 def test_how_a_ray_came_is_what_the_program_sees():
     scene = prepare(make.scene([(make.quad(), np.eye(4), GREY)], CAMERA))
     si = shoot(scene, np.tile((0.1, 0.2, 3), (4, 1)), np.tile((0, 0, -1), (4, 1))).si
-    came = Arrivals(
-        np.arange(4, dtype=np.int32), np.arange(4, 8, dtype=np.int32), np.arange(1, 5, dtype=np.int32)
-    )
+    names = ("kind", "depth", "passed", "diffuse_depth", "glossy_depth", "transmission_depth", "portal_depth")
+    rows = {name: np.arange(k, k + 4, dtype=np.int32) for k, name in enumerate(names)}
+    came = Arrivals.by(0, 4)._replace(travelled=np.arange(4, dtype=np.float32), **rows)
     lanes = Lanes(scene, si, came, False)
     assert lanes.ray_kind.tolist() == [0, 1, 2, 3]
-    assert lanes.depth.tolist() == [4, 5, 6, 7]
-    assert lanes.transparent_depth.tolist() == [1, 2, 3, 4]
-    np.testing.assert_allclose(lanes.ray_length, 3)
+    assert lanes.depth.tolist() == [1, 2, 3, 4]
+    assert lanes.transparent_depth.tolist() == [2, 3, 4, 5]
+    for k, kind in enumerate(("diffuse", "glossy", "transmission", "portal")):
+        assert lanes.depth_of(kind).tolist() == list(range(3 + k, 7 + k))
+    np.testing.assert_allclose(lanes.ray_length, [3, 4, 5, 6])  # with what came before a transparent surface
 
 
 def test_a_moved_lane_reads_attributes_where_it_has_moved(hits):
-    """uv is linear in object space on the ball's facets: Δuv = M⁻¹ step; the steps lie in the face."""
-    scene, shot, _, _ = hits
+    """uv is linear in object space on the ball's facets: Δuv = M⁻¹ step; the steps lie in the face.
+
+    Seen from inside attributes change the other way, as in Cycles.
+    """
+    scene, shot, _, side = hits
+    turn = -1 if side == "inside" else 1
     scene.pixel_angle = 0.05  # larger than a pixel, so that differences show in float32
     lanes = lanes_of(scene, shot.si)
     dx, dy = steps(lanes, 0.1)
@@ -202,7 +225,7 @@ def test_a_moved_lane_reads_attributes_where_it_has_moved(hits):
         assert np.abs(vectors.dot(step, lanes.ng)).max() <= 1e-6 * vectors.length(step).max()
         there = moved(lanes, step)
         change = lanes.to_object_vector(step)[:2]
-        np.testing.assert_allclose(there.uv("map") - lanes.uv("map"), change, atol=2e-5)
+        np.testing.assert_allclose(there.uv("map") - lanes.uv("map"), turn * change, atol=2e-5)
         np.testing.assert_allclose(there.position, lanes.position + step, atol=1e-6)
     np.testing.assert_allclose(
         vectors.dot(vectors.cross(dx, dy), lanes.ng), vectors.length(dx) ** 2, rtol=1e-4
@@ -212,7 +235,7 @@ def test_a_moved_lane_reads_attributes_where_it_has_moved(hits):
 def test_the_sky_sees_directions():
     """Position, normal and Generated are the ray's direction, as in Blender; it has no object."""
     d = np.ascontiguousarray(random_directions(5, 6).T, np.float32)
-    sky = SkyLanes(d, np.full(5, RayKind.CAMERA, np.int32))
+    sky = SkyLanes(d, Arrivals.by(RayKind.CAMERA, 5), View())
     for value in (sky.position, sky.generated(), sky.object_position(), -sky.wi, -sky.ns, -sky.ng):
         np.testing.assert_array_equal(value, d)
     zeros = (sky.uv(""), sky.color(""), sky.barycentric(), sky.object_random(), sky.object_color())
@@ -220,5 +243,5 @@ def test_the_sky_sees_directions():
         (z == 0).all() and z.shape[-1] == 5 for z in (*zeros, sky.object_index(), sky.object_location())
     )
     assert sky.ray_length.min() >= 1e30
-    assert (sky.depth == 0).all()
+    assert (sky.depth == 1).all()
     assert (sky.backfacing == 0).all()

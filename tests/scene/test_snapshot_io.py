@@ -50,6 +50,7 @@ def small_snapshot():
         pass_index=np.zeros(2, np.int32),
         visibility=np.full(2, 63, np.uint8),
         names=("a", "b"),
+        attributes={"object:prop": rng.random((2, 4), np.float32)},
     )
     images = (
         data.ImageData("file", encoded=np.frombuffer(b"\x89PNG", np.uint8), suffix=".png"),

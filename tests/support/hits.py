@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pt_engine.scene.accel import FAR
-from pt_engine.scene.lanes import Arrivals, Lanes, Surface
+from pt_engine.scene.arrivals import Arrivals
+from pt_engine.scene.lanes import Lanes, Surface
 from pt_engine.scene.scene import Intersection, Rays, Scene
 
 

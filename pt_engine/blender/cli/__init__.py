@@ -1,7 +1,7 @@
 """The command line: `python -m pt_engine render FILE.blend -o OUT.exr`, and its like.
 
 It drives Blender's own render operator with PT_ENGINE, so there is one path through the engine, not two.
-Exit codes: 0 done, 1 failed with a clear line, 2 usage.
+Exit codes: 0 done, 1 failed with a clear line (or `coverage --strict` found something), 2 usage.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 
 from .arguments import parser
 from .failure import Failure
@@ -19,10 +20,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Carry out a command; the exit code."""
     arguments = parser().parse_args(argv)
     try:
+        if arguments.command == "selftest":  # without Blender
+            from ...selftest.command import selftest
+
+            return 0 if selftest(arguments.all, arguments.markdown) else 1
         from .commands import COMMANDS
 
         Chatter.wanted = arguments.verbose
-        COMMANDS[arguments.command](arguments)
+        code = COMMANDS[arguments.command](arguments)
     except Failure as failure:
         print(f"pt_engine: {failure}", file=sys.stderr)
         return failure.exit_code
@@ -31,7 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         print(f"pt_engine: {error.name} is missing here: pip install {error.name}", file=sys.stderr)
         return Failure.exit_code
-    return 0
+    return code or 0
 
 
 REQUIRED = ("bpy", "embreex", "numpy", "OpenImageIO")
@@ -52,8 +57,11 @@ def run() -> None:
         code = leaving.code
     except KeyboardInterrupt:
         print("pt_engine: interrupted", file=sys.stderr)
+    except BrokenPipeError:  # who reads the output has had enough
+        code = 0
     except BaseException:
         sys.excepthook(*sys.exc_info())
     for stream in (sys.stdout, sys.stderr):
-        stream.flush()
+        with suppress(BrokenPipeError):
+            stream.flush()
     os._exit(code if isinstance(code, int) else 0 if code is None else 1)

@@ -57,7 +57,40 @@ def parser() -> argparse.ArgumentParser:
     replay.add_argument(
         "--sample", type=whole(0), required=True, metavar="N", help="the sample's number, from 0"
     )
+    add_inspections(commands)
+
+    selftest = commands.add_parser(
+        "selftest",
+        allow_abbrev=False,
+        help="run the hard cases on this machine and print their table",
+        description="What breaks renderers, what is expected there and what is measured here; "
+        "needs no Blender. Ends with code 1 if a case fails.",
+    )
+    selftest.add_argument("--all", action="store_true", help="the slow cases too")
+    selftest.add_argument("--markdown", type=Path, metavar="F.md", help="write the table as a page, too")
     return top
+
+
+def add_inspections(commands) -> None:
+    """The commands that render nothing."""
+    coverage = commands.add_parser(
+        "coverage",
+        allow_abbrev=False,
+        help="list what of a .blend is rendered exactly, and what is not",
+        description="Node by node, without rendering: exact, approximate and how, ignored and what that "
+        "does to the image; and what else the file asks for.",
+    )
+    coverage.add_argument("--json", action="store_true", help="print it as JSON")
+    explain = commands.add_parser(
+        "explain",
+        allow_abbrev=False,
+        help="print the program that a material was compiled to",
+        description="Its steps with what each costs, what was folded to constants, shared or dropped, "
+        "its closures, and the materials that are shaded with it.",
+    )
+    for command in (coverage, explain):
+        add_scene_options(command)
+    explain.add_argument("material", metavar="MATERIAL")
 
 
 def add_scene_options(command: argparse.ArgumentParser) -> None:

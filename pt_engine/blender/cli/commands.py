@@ -1,4 +1,4 @@
-"""The commands: each one render through Blender's own operator."""
+"""The commands: render and replay each as one render through Blender's own operator; the table of all."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from .. import registration
 from ..record import Observer, RenderRecord, Session, write_json
 from .blendfile import choose_view_layer, open_scene
 from .failure import Failure
+from .inspection import coverage_command, explain_command
 from .output import check_writable, save_exr, save_png
 from .terminal import Terminal, closing_line, unechoed
 
@@ -101,4 +102,9 @@ class Replaying(Observer):
         self.failure = message
 
 
-COMMANDS = {"render": render_command, "replay": replay_command}
+COMMANDS = {
+    "render": render_command,
+    "replay": replay_command,
+    "coverage": coverage_command,
+    "explain": explain_command,
+}

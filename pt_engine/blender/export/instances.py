@@ -18,6 +18,7 @@ from ...scene.snapshot import Instances, Visibility
 from .lights import export_light
 from .meshes import export_mesh
 from .needs import Needs, graph_needs, union
+from .placed import PlacedAttributes
 from .random_id import random_of
 
 NOT_RENDERED = {
@@ -48,6 +49,7 @@ class Collector:
     materials: object
     images: object
     unsupported: list
+    dicing: object
     meshes: list = field(default_factory=list)
     lights: list = field(default_factory=list)
     needs: dict = field(default_factory=dict)
@@ -66,6 +68,8 @@ class Collector:
         rows: list[int] = []
         looks: list[Look] = []
         known: dict = {}
+        wanted = union(self._graph_needs.values()).objects
+        placed = PlacedAttributes(wanted, self.depsgraph.scene_eval.frame_current_final)
         for row, instance in enumerate(self.depsgraph.object_instances):
             owner = instance.object
             kind = owner.type
@@ -79,9 +83,10 @@ class Collector:
                 if look.mesh >= 0:
                     rows.append(row)
                     looks.append(look)
+                    placed.add(instance)
             elif kind in NOT_RENDERED:
                 self.unsupported.append((f"Object {owner.name}", NOT_RENDERED[kind], "missing in the image"))
-        return self.table(np.array(rows, np.intp), looks)
+        return self.table(np.array(rows, np.intp), looks, placed.table())
 
     @staticmethod
     def key(instance, owner):
@@ -116,17 +121,17 @@ class Collector:
     def look(self, instance, owner) -> Look:
         data = owner.data.as_pointer()
         if data not in self._mesh_number:
-            self._mesh_number[data] = self.mesh(owner, data)
+            self._mesh_number[data] = self.mesh(owner, data, instance.matrix_world)
         return Look(
             self._mesh_number[data],
             self._slots[owner.original.as_pointer(), data],
             self.visibility(instance, owner),
-            tuple(owner.color),
+            tuple((instance.parent if instance.is_instance else owner).color),  # an instancer's, as in Cycles
             owner.pass_index,
             owner.name,
         )
 
-    def mesh(self, owner, data: int) -> int:
+    def mesh(self, owner, data: int, matrix) -> int:
         """Number of a new mesh, -1 where it has no triangles."""
         mesh = owner.to_mesh()
         try:
@@ -135,7 +140,7 @@ class Collector:
             owner.to_mesh_clear()
         if exported is None:
             return -1
-        self.meshes.append(exported)
+        self.meshes.append(self.dicing.dice(owner, exported, matrix))
         return len(self.meshes) - 1
 
     def light(self, instance) -> None:
@@ -168,7 +173,7 @@ class Collector:
                 self._seen[entry] = True
                 self.unsupported.append(entry)
 
-    def table(self, rows, looks) -> Instances:
+    def table(self, rows, looks, attributes) -> Instances:
         """Struct of arrays."""
         every = self.depsgraph.object_instances
         total = len(every)
@@ -191,6 +196,7 @@ class Collector:
             pass_index=np.array([look.pass_index for look in looks], np.int32),
             visibility=np.array([look.visibility for look in looks], np.uint8),
             names=names,
+            attributes=attributes,
         )
 
 

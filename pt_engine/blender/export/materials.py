@@ -18,7 +18,7 @@ class MaterialTable:
 
     def __init__(self, depsgraph, images) -> None:
         self.depsgraph, self.images = depsgraph, images
-        self.graphs: list[Graph] = [diffuse("(no material)", DEFAULT_GREY)]
+        self.graphs: list[Graph] = [default_surface()]
         self._index: dict[int, int] = {}
 
     def index(self, material) -> int:
@@ -39,7 +39,7 @@ def export_material(material, images) -> Graph:
     graph = tree_graph(material, material.name, images, "from_material")
     if graph is None:
         return diffuse(material.name, tuple(material.diffuse_color))
-    return replace(graph, displacement_method=material.displacement_method)
+    return replace(graph, displacement_method=material.displacement_method, pass_index=material.pass_index)
 
 
 def tree_graph(owner, name: str, images, inline: str) -> Graph | None:
@@ -54,8 +54,27 @@ def tree_graph(owner, name: str, images, inline: str) -> Graph | None:
     inliner = getattr(bpy.types, "InlineShaderNodes", None)
     if inliner is not None and not understood(tree):
         inlined = getattr(inliner, inline)(owner)  # owns the tree: keep it until it has been read
-        return flatten(inlined.node_tree, name, images)
+        graph = flatten(inlined.node_tree, name, images)
+        return replace(graph, notes=(*graph.notes, *undefined(tree)))
     return flatten(tree, name, images)
+
+
+def undefined(tree) -> list[tuple[str, str]]:
+    """Notes on nodes of unknown types that feed something: the inliner leaves them out, as Cycles does."""
+    found = []
+    for node in tree.nodes:
+        if node.bl_idname == "NodeUndefined" and any(socket.is_linked for socket in node.outputs):
+            found.append((node.name, "a node of an unknown type: what it feeds keeps its own value"))
+    return found
+
+
+def default_surface() -> Graph:
+    """What faces without a material have: Cycles 5 gives them a Principled BSDF, before it was a Diffuse."""
+    if not BLENDER_5:
+        return diffuse("(no material)", DEFAULT_GREY)
+    inputs = {"Base Color": DEFAULT_GREY, "Roughness": 0.5, "IOR": 1.5}
+    node = Node("BsdfPrincipled", "Principled BSDF", inputs)
+    return Graph("(no material)", (node,), {"Surface": Link(0, "BSDF")})
 
 
 def diffuse(name: str, color) -> Graph:

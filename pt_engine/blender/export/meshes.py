@@ -9,7 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...scene.snapshot import MeshData
+from .edge_attributes import mean_at_vertices
 from .needs import Needs
+from .vertex_attributes import pointiness, random_per_island
 
 READ_AS = {  # attribute data type -> property, dtype, components
     "FLOAT_COLOR": ("color", np.float32, 4),
@@ -20,7 +22,10 @@ READ_AS = {  # attribute data type -> property, dtype, components
     "BOOLEAN": ("value", np.bool_, 1),
     "FLOAT_VECTOR": ("vector", np.float32, 3),
     "FLOAT2": ("vector", np.float32, 2),
+    "QUATERNION": ("value", np.float32, 4),
 }
+COMPUTED = {"pointiness", "random_per_island"}
+PAIRS = "FLOAT2"  # kept with the UV maps, since Cycles takes a number from them in another way
 
 
 def export_mesh(name: str, mesh, needs: Needs) -> MeshData | None:
@@ -53,6 +58,7 @@ def export_mesh(name: str, mesh, needs: Needs) -> MeshData | None:
         material_slot=material_slots(mesh, polygon),
         normals=normals,
         normal_index=normal_index,
+        flat=flat_faces(mesh, polygon) if needs.displaced else None,
         corner_index=corners if uvs or colors else None,
         uvs=uvs,
         colors=colors,
@@ -94,12 +100,29 @@ def shading_normals(mesh, triangles, corners):
     return read(mesh.corner_normals, "vector", np.float32, 3), corners
 
 
+def flat_faces(mesh, polygon):
+    """Which triangles are of faces without smooth shading, where that differs from face to face."""
+    sharp = mesh.attributes.get("sharp_face")
+    if mesh.normals_domain != "CORNER" or sharp is None:
+        return None
+    return read(sharp.data, "value", np.bool_)[polygon].astype(np.uint8)
+
+
 def undeformed(mesh, vertices):
     """Positions before modifiers and shape keys, where they differ: what Generated is measured by."""
     rest = read(mesh.vertices, "undeformed_co", np.float32, 3)
     if np.array_equal(rest, vertices) or not np.isfinite(rest).all():
         return None
     return rest
+
+
+def edges_at_vertices(mesh, attribute):
+    """(V, ...) an edge attribute as vertices have it."""
+    prop, dtype, size = READ_AS[attribute.data_type]
+    stored = "color_srgb" if attribute.data_type == "BYTE_COLOR" else prop
+    edges = read(mesh.attributes[".edge_verts"].data, "value", np.int32, 2)
+    values = read(attribute.data, stored, dtype, size)
+    return mean_at_vertices(values, edges, len(mesh.vertices), attribute.data_type)
 
 
 class Layers:
@@ -113,41 +136,53 @@ class Layers:
         self.active_color = colors[index].name if 0 <= index < len(colors) else ""
 
     def uvs(self, wanted) -> dict:
-        """The UV maps among `wanted`, (L, 2)."""
+        """The UV maps and other pairs among `wanted`, (L, 2)."""
         names = {name or self.active_uv for name in wanted}
-        present = {layer.name for layer in self.mesh.uv_layers}
-        attributes = {name: self.mesh.attributes.get(name) for name in sorted(names & present)}
         return {
-            name: read(attribute.data, "vector", np.float32, 2)
-            for name, attribute in attributes.items()
-            if attribute is not None
+            name: self.at_corners(attribute)
+            for name, attribute in self.attributes(names).items()
+            if attribute.data_type == PAIRS
         }
 
     def colors(self, wanted) -> dict:
-        """The attributes among `wanted` that aren't UV maps, as (L, 4)."""
-        names = {name or self.active_color for name in wanted} - {layer.name for layer in self.mesh.uv_layers}
-        layers = {name: self.mesh.attributes.get(name) for name in sorted(names)}
-        return {
-            name: self.at_corners(attribute)
-            for name, attribute in layers.items()
-            if attribute is not None and attribute.data_type in READ_AS
+        """The other attributes among `wanted`, as (L, 4)."""
+        names = {name or self.active_color for name in wanted}
+        stored = {
+            name: four_channels(self.at_corners(attribute))
+            for name, attribute in self.attributes(names - COMPUTED).items()
+            if attribute.data_type != PAIRS
         }
+        computed = {name: self.computed(name)[self.corner_vertex] for name in names & COMPUTED}
+        return stored | {name: four_channels(values) for name, values in computed.items()}
+
+    def computed(self, name: str):
+        """(V,) what Cycles calls by one of its own names."""
+        edges = read(self.mesh.attributes[".edge_verts"].data, "value", np.int32, 2)
+        if name == "random_per_island":
+            return random_per_island(len(self.mesh.vertices), edges)
+        positions = read(self.mesh.attributes["position"].data, "vector", np.float32, 3)
+        return pointiness(positions, read(self.mesh.vertex_normals, "vector", np.float32, 3), edges)
+
+    def attributes(self, names) -> dict:
+        """Those of these names that can be read."""
+        found = {name: self.mesh.attributes.get(name) for name in sorted(names)}
+        return {name: a for name, a in found.items() if a is not None and a.data_type in READ_AS}
 
     def at_corners(self, attribute):
-        """(L, 4) float32, whatever the attribute's domain and type."""
-        values = four_channels(read(attribute.data, *READ_AS[attribute.data_type]))
+        """(L, ...) values, whatever the attribute's domain."""
+        if attribute.domain == "EDGE":
+            return edges_at_vertices(self.mesh, attribute)[self.corner_vertex]
+        values = read(attribute.data, *READ_AS[attribute.data_type])
         if attribute.domain == "POINT":
             return values[self.corner_vertex]
         if attribute.domain == "FACE":
             sizes = read(self.mesh.polygons, "loop_total", np.int32)
             return np.repeat(values, sizes, axis=0)
-        if attribute.domain == "EDGE":
-            return values[read(self.mesh.attributes[".corner_edge"].data, "value", np.int32)]
         return values
 
 
 def four_channels(values):
-    """Numbers x as (x, x, x, 1), vectors as (x, y, z, 1)."""
+    """Numbers x as (x, x, x, 1), vectors as (x, y, z, 1), float32."""
     if values.ndim == 1:
         values = np.repeat(values.astype(np.float32)[:, None], 3, axis=1)
     if values.shape[1] == 4:

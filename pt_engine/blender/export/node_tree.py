@@ -26,6 +26,7 @@ from .node_props import node_props
 
 GROUPS = {"ShaderNodeGroup", "ShaderNodeCustomGroup"}
 STRUCTURAL = GROUPS | {"NodeReroute", "NodeGroupInput", "NodeGroupOutput", "NodeFrame"}
+OF_OTHER_TREES = {"GeometryNodeInputSceneTime": "SceneTime"}  # what the inliner leaves of them
 LONGEST_CHAIN = 100_000
 OUTPUT_SOCKETS = ("Surface", "Volume", "Displacement")
 
@@ -115,8 +116,8 @@ class Flattener:
         return Graph(self.name, nodes, outputs, tuple(dict.fromkeys(self.notes)))
 
     def translate(self, scope, node) -> Node:
-        kind = node.bl_idname.removeprefix("ShaderNode")
-        if not node.bl_idname.startswith("ShaderNode"):
+        kind = OF_OTHER_TREES.get(node.bl_idname, node.bl_idname.removeprefix("ShaderNode"))
+        if kind == node.bl_idname:
             self.notes.append((scope.path + node.name, f"node {node.bl_idname} is not understood"))
         inputs = {socket.identifier: self.input(scope, socket) for socket in node.inputs}
         return Node(kind, scope.path + node.name, inputs, node_props(node, self.images))

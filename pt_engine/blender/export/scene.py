@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ...scene.snapshot import Snapshot
 from .camera import export_camera
+from .dicing import Dicing
 from .images import ImageTable, ocio_config
 from .instances import Collector
 from .materials import MaterialTable
+from .properties import with_scene_values
 from .unsupported import scene_wide
 from .world import export_world
 
@@ -32,24 +36,27 @@ def export_scene(depsgraph, *, camera=None, size=None) -> Snapshot:
     ExportError
         There is no camera.
     """
-    scene = depsgraph.scene_eval
+    scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     unsupported: list[tuple[str, str, str]] = []
     images = ImageTable(unsupported, scene.frame_current)
     materials = MaterialTable(depsgraph, images)
-    collector = Collector(depsgraph, materials, images, unsupported)
+    camera = camera_of(depsgraph, scene, camera)
+    dicing = Dicing(depsgraph, scene, camera, size, unsupported)
+    collector = Collector(depsgraph, materials, images, unsupported, dicing)
     instances = collector.run()
-    world = export_world(scene, depsgraph.view_layer_eval, depsgraph, images, unsupported)
+    world = export_world(scene, view_layer, depsgraph, images, unsupported)
     unsupported += scene_wide(depsgraph, scene)
     return Snapshot(
         meshes=tuple(collector.meshes),
         instances=instances,
-        materials=tuple(materials.graphs),
+        materials=tuple(with_scene_values(graph, scene, view_layer) for graph in materials.graphs),
         images=tuple(images.images),
-        lights=tuple(collector.lights),
-        world=world,
-        camera=export_camera(
-            camera_of(depsgraph, scene, camera), scene.render, size=size, unsupported=unsupported
+        lights=tuple(
+            replace(light, graph=with_scene_values(light.graph, scene, view_layer))
+            for light in collector.lights
         ),
+        world=with_scene_values(world, scene, view_layer),
+        camera=export_camera(camera, scene.render, size=size, unsupported=unsupported),
         frame=scene.frame_current,
         exposure=getattr(getattr(scene, "cycles", None), "film_exposure", 1.0),
         unsupported=tuple(dict.fromkeys(unsupported)),

@@ -67,20 +67,10 @@ def may_move(scene) -> bool:
 
 
 def of_object(owner):
-    """Hair strands and adaptive subdivision."""
+    """Hair strands."""
     where = f"Object {owner.name}"
     for modifier in owner.modifiers:
         if modifier.type == "PARTICLE_SYSTEM" and modifier.show_render:
             settings = modifier.particle_system.settings
             if settings.render_type == "PATH" and settings.type == "HAIR":
                 yield (where, "hair particles", "missing in the image")
-        if modifier.type == "SUBSURF" and adaptive(owner, modifier):
-            yield (where, "adaptive subdivision", "subdivided as the modifier's render levels say")
-
-
-def adaptive(owner, modifier) -> bool:
-    """Cycles' dicing: a switch of the modifier in Blender 5, of the object before."""
-    settings = getattr(owner, "cycles", None)
-    return getattr(modifier, "use_adaptive_subdivision", False) or getattr(
-        settings, "use_adaptive_subdivision", False
-    )

@@ -1,35 +1,29 @@
-"""Cycles' own answer for a node: its output as emission, on faces whose inputs are face attributes.
+"""Cycles' own answers: a node's output as emission, on faces whose inputs are face attributes.
 
-Every case is a sheet of faces, one pixel each; face attributes A, B, C, D (vectors) feed the node's
+Every case is a sheet of faces, one pixel each; face attributes i0, i1, ... (vectors) feed the node's
 inputs, so that a pixel's value does not depend on where in the pixel Cycles looks. All sheets lie side
 by side under one orthographic camera: one render answers every case.
 """
 
+from __future__ import annotations
+
 import math
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
+from support.bpy_nodes import with_nodes
 
-SIDE = 16  # pixels along a sheet
-NAMES = ("A", "B", "C", "D")
+from .cases import VALUES, Case, recipe
+from .sweeps import SIDE, Feed, Table
 
-
-def inputs(seed, low=-2.0, high=2.0):
-    """(3, n) inputs of the four attributes: random, with zeros, ones and negatives among them."""
-    rng = np.random.default_rng(seed)
-    n = SIDE * SIDE
-    table = {}
-    for k, name in enumerate(NAMES):
-        values = rng.uniform(low, high, (3, n)).astype(np.float32)
-        special = np.array([0, 1, -1, 0.5, 2], np.float32)
-        values[:, k::11] = rng.choice(special, (3, len(range(k, n, 11))))
-        table[name] = values
-    return table
+Float32 = NDArray[np.float32]
 
 
-def sheet(name, table, column, row):
+def sheet(name: str, table: Table, column: int, row: int) -> Any:
     """A mesh object of SIDE×SIDE unit faces at a place in the picture, with the attributes."""
     x, y = np.meshgrid(np.arange(SIDE + 1), np.arange(SIDE + 1))
     corners = np.stack([x.ravel() + column * SIDE, y.ravel() + row * SIDE, np.zeros(x.size)], axis=1)
@@ -45,50 +39,47 @@ def sheet(name, table, column, row):
     return owner
 
 
-def material(name, kind, settings, links, output):
-    """A material that shines with an output of a node; `links` feed sockets from attributes.
-
-    `links` maps a socket identifier to an attribute's name (its vector), to `name.x` (a component), or
-    to a constant.
-    """
-    made = bpy.data.materials.new(name)
-    made.use_nodes = True
-    tree = made.node_tree
-    tree.nodes.clear()
-    node = tree.nodes.new("ShaderNode" + kind)
-    for key, value in settings.items():
-        if callable(value):
-            value(node)
-        else:
-            setattr(node, key, value)
+def material(case: Case) -> tuple[Any, list[Feed]]:
+    """A material that shines with the output of the case's node, and what feeds its inputs."""
+    made = bpy.data.materials.new(case.name)
+    tree = with_nodes(made)
+    node = tree.nodes.new("ShaderNode" + case.kind)
+    for key, value in case.settings:
+        setattr(node, key, value)
+    if case.setup:
+        recipe(case.kind).setups[case.setup](node)
+    fed = []
     for socket in node.inputs:
-        if socket.identifier in links:
-            feed(tree, socket, links[socket.identifier])
-    shine = tree.nodes.new("ShaderNodeEmission")
-    end = tree.nodes.new("ShaderNodeOutputMaterial")
-    source = next(s for s in node.outputs if s.identifier == output)
+        if socket.type in VALUES - {"ROTATION"} and not socket.is_unavailable:
+            fed.append(feed_of(case.kind, socket, f"i{len(fed)}"))
+            feed(tree, socket, fed[-1].name)
+    shine, end = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeOutputMaterial")
+    source = next(s for s in node.outputs if s.identifier == case.output)
     tree.links.new(source, shine.inputs["Color"])
     tree.links.new(shine.outputs[0], end.inputs["Surface"])
-    return made
+    return made, fed
 
 
-def feed(tree, socket, source):
-    """Link an attribute to a socket, or set its value."""
-    if not isinstance(source, str):
-        socket.default_value = source
-        return
-    name, _, axis = source.partition(".")
+def feed_of(kind: str, socket: Any, name: str) -> Feed:
+    """The ranges of a socket's values."""
+    hints = recipe(kind)
+    bounds = hints.ranges.get(socket.identifier, (-0.3, 1.5) if socket.type == "RGBA" else (-2.0, 2.0))
+    return Feed(name, bounds, hints.limits.get(socket.identifier, (-hints.reach, hints.reach)))
+
+
+def feed(tree: Any, socket: Any, name: str) -> None:
+    """Link an attribute to a socket: its vector, or the first component."""
     attribute = tree.nodes.new("ShaderNodeAttribute")
     attribute.attribute_name = name
-    vector = attribute.outputs["Vector"]
-    if axis:
+    source = attribute.outputs["Vector"]
+    if socket.type not in ("VECTOR", "RGBA"):
         split = tree.nodes.new("ShaderNodeSeparateXYZ")
-        tree.links.new(vector, split.inputs[0])
-        vector = split.outputs["xyz".index(axis)]
-    tree.links.new(vector, socket)
+        tree.links.new(source, split.inputs[0])
+        source = split.outputs["X"]
+    tree.links.new(source, socket)
 
 
-def render(count):
+def render(count: int) -> Float32:
     """(H, W, 3) Cycles' picture of `count` sheets, one sample per pixel, bottom row first."""
     columns = math.ceil(math.sqrt(count))
     size = columns * SIDE
@@ -124,13 +115,13 @@ def render(count):
     return pixels.reshape(size, size, -1)[..., :3]
 
 
-def place(number, count):
+def place(number: int, count: int) -> tuple[int, int]:
     """Column and row of a sheet."""
     columns = math.ceil(math.sqrt(count))
     return number % columns, number // columns
 
 
-def cut(picture, number, count):
+def cut(picture: Float32, number: int, count: int) -> Float32:
     """(3, n) values of a sheet's pixels in the order of its faces."""
     column, row = place(number, count)
     part = picture[row * SIDE : (row + 1) * SIDE, column * SIDE : (column + 1) * SIDE]

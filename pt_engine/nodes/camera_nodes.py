@@ -1,0 +1,48 @@
+"""Where a point is, seen from the camera: Camera Data, and Texture Coordinate's Camera and Window."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core import vectors
+from .graph import NodeView
+from .ir import FLOAT, VECTOR, lane_op, op
+from .registry import Outputs, node
+
+Float32 = NDArray[np.float32]
+
+
+@lane_op(VECTOR, moves=True)
+def camera_position(lanes: Any, in_world: bool) -> Float32:
+    """The point in camera space; what is infinitely far is a direction."""
+    view = lanes.view
+    return view.vector(lanes.position) if in_world else view.point(lanes.position)  # type: ignore[no-any-return]
+
+
+@lane_op(VECTOR, moves=True)
+def window(lanes: Any, in_world: bool) -> Float32:
+    """(u, v, 0) in the image, [0, 1] from its lower left corner."""
+    out = np.zeros((3, lanes.n), np.float32)
+    out[:2] = lanes.window() if in_world else lanes.view.image_of_point(lanes.position)
+    return out
+
+
+@lane_op(VECTOR)
+def from_camera(lanes: Any) -> Float32:
+    """The point in camera space. In a world it is the ray's direction taken as a point, as in Cycles."""
+    return lanes.view.point(lanes.position)  # type: ignore[no-any-return]
+
+
+@op(VECTOR, FLOAT, FLOAT)
+def direction_depth_distance(v: Float32) -> tuple[Float32, Float32, Float32]:
+    """Unit vector, depth along the view axis, length."""
+    return vectors.normalize(v), v[2], vectors.length(v)
+
+
+@node("CameraData")
+def camera_data(n: NodeView) -> Outputs:
+    values = n.calls(direction_depth_distance, n.call(from_camera))
+    return dict(zip(("View Vector", "View Z Depth", "View Distance"), values, strict=True))

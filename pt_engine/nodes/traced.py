@@ -1,0 +1,68 @@
+"""Nodes that look around: Ambient Occlusion and Bevel."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .graph import NodeView
+from .ir import COLOR, FLOAT, VECTOR, Const, Value, lane_op
+from .registry import Outputs, node
+from .surface import is_zero
+from .vector_nodes import unit
+
+Float32 = NDArray[np.float32]
+
+GLOBAL_DISTANCE = 10.0  # metres: what a new world's ambient occlusion reaches
+
+
+@lane_op(FLOAT, reads=lambda key, samples, inside, local: ("traced", *["own"] * local))
+def ambient_occlusion(
+    lanes: Any, key: int, samples: int, inside: bool, local: bool, distance: Float32, *normal: Float32
+) -> Float32:
+    """Share of the half space about the normal that is open within `distance`; 1 in the sky."""
+    around = getattr(lanes, "open_share", None)
+    if around is None:
+        return np.ones(lanes.n, np.float32)
+    n = unit(np.broadcast_to(normal[0], (3, lanes.n))) if normal else lanes.ns
+    return around(-n if inside else n, distance, samples, local, key)  # type: ignore[no-any-return]
+
+
+@node("AmbientOcclusion")
+def ambient_occlusion_node(n: NodeView) -> Outputs:
+    distance: Value = n.float("Distance", 1.0)
+    normal = n.normal()
+    if is_zero(distance):
+        n.approximate("distance 0 is the world's: 10 is taken")
+        distance = n.constant(GLOBAL_DISTANCE, FLOAT)
+    static = (
+        n.number,
+        int(n.prop("samples", 16)),
+        bool(n.prop("inside", False)),
+        bool(n.prop("only_local", False)),
+    )
+    if n.reader.world or (isinstance(distance, Const) and distance.data[0] < 0):
+        share: Value = n.builder.one
+    else:
+        extra = () if normal is None else (normal,)
+        share = n.call(ambient_occlusion, distance, *extra, static=static)
+    return {"AO": share, "Color": n.builder.multiply(n.color("Color", 1.0), n.builder.convert(share, COLOR))}
+
+
+@lane_op(VECTOR, reads=lambda *_: ("traced", "own", "sharpness"))
+def bevel(lanes: Any, key: int, samples: int, radius: Float32, *normal: Float32) -> Float32:
+    """The normal of rounded edges; what they turn it by is added to a linked normal."""
+    around = getattr(lanes, "bevelled", None)
+    rounded = lanes.ns if around is None else around(radius, samples, key)
+    return unit(normal[0] + (rounded - lanes.ns)) if normal else rounded
+
+
+@node("Bevel")
+def bevel_node(n: NodeView) -> Outputs:
+    radius, normal = n.float("Radius", 0.05), n.optional("Normal")
+    if n.reader.world or is_zero(radius):
+        return {"Normal": n.normal()}
+    extra = () if normal is None else (normal,)
+    return {"Normal": n.call(bevel, radius, *extra, static=(n.number, int(n.prop("samples", 4))))}

@@ -1,0 +1,100 @@
+"""What a shader program sees of rays that have left the scene."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.raykind import RayKind
+from ..core.view import View
+from .arrivals import Arrival
+
+Float32 = NDArray[np.float32]
+Int32 = NDArray[np.int32]
+
+
+class SkyLanes:
+    """Lanes whose ray left the scene: every coordinate is the ray's direction, as in Blender.
+
+    Parameters
+    ----------
+    direction : (3, N) float32
+        World direction of travel.
+    came : Arrival
+    view : View
+        The camera's.
+    origin : (3, N) float32 or None
+        Where in the world the rays have started; only what an orthographic camera sees depends on it.
+    """
+
+    def __init__(self, direction: Float32, came: Arrival, view: View, origin: Float32 | None = None) -> None:
+        self.n = direction.shape[1]
+        self.position = self.p = direction
+        self.wi = self.ng = self.ns = -direction
+        self.ray_kind, self.transparent_depth, self._came = came.kind, came.passed, came
+        self.material = np.zeros(self.n, np.int32)
+        self.backfacing = np.zeros(self.n, np.float32)
+        self.ray_length = np.full(self.n, np.float32(1e30))
+        self._direction, self._origin, self.view = direction, origin, view
+
+    def window(self) -> Float32:
+        """(2, n) where the direction is in the image; through an orthographic camera, where its ray started.
+
+        Other rays of such a camera's picture take the direction for a point, as Cycles does.
+        """
+        if self.view.kind != "ORTHO":
+            return self.view.image_of_direction(self._direction)
+        seen = ((self.ray_kind & RayKind.CAMERA) != 0).astype(np.float32)
+        start = self._direction if self._origin is None else self._origin
+        return self.view.image_of_point(start * seen + self._direction * (1 - seen))
+
+    @property
+    def depth(self) -> Int32:
+        """(n,) bounces so far; the sky is one further, as in Cycles."""
+        return self._came.depth + np.int32(1)
+
+    def depth_of(self, kind: str) -> Int32:
+        """(n,) bounces of one kind so far."""
+        return getattr(self._came, f"{kind}_depth")  # type: ignore[no-any-return]
+
+    def per_object(self, name: str) -> Float32:
+        """Zero: the sky is no object."""
+        return np.zeros((4, self.n), np.float32)
+
+    def generated(self) -> Float32:
+        """(3, n) the direction."""
+        return self._direction
+
+    object_position = generated
+
+    def uv(self, name: str) -> Float32:
+        """Zero: the sky has no uv map."""
+        return np.zeros((2, self.n), np.float32)
+
+    def color(self, name: str) -> Float32:
+        """Zero: the sky has no colour attribute."""
+        return np.zeros((4, self.n), np.float32)
+
+    def attribute(self, name: str) -> Float32:
+        """Not found: zero with alpha 1."""
+        out = np.zeros((5, self.n), np.float32)
+        out[3] = 1
+        return out
+
+    def barycentric(self) -> Float32:
+        """Zero."""
+        return np.zeros((2, self.n), np.float32)
+
+    def object_random(self) -> Float32:
+        """Zero."""
+        return np.zeros(self.n, np.float32)
+
+    object_index = object_random
+
+    def object_color(self) -> Float32:
+        """Zero."""
+        return np.zeros((4, self.n), np.float32)
+
+    def object_location(self) -> Float32:
+        """Zero."""
+        return np.zeros((3, self.n), np.float32)

@@ -1,0 +1,93 @@
+"""The sun of a Sky Texture, as Cycles has it: its disc pixel by pixel, and its light in a scene."""
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+from mathutils import Euler  # noqa: E402
+from support.bpy_nodes import with_nodes  # noqa: E402
+from support.bpy_scenes import add, cube, empty_scene, export, mesh  # noqa: E402
+from support.cycles import by_cycles, by_engine  # noqa: E402
+from support.ztest import compare  # noqa: E402
+
+from pt_engine.scene.prepare import prepare  # noqa: E402
+from pt_engine.scene.scene import Rays  # noqa: E402
+from pt_engine.scene.world_light import seen  # noqa: E402
+
+pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="the models are those of Blender 5")
+SIZE = 32
+FIRST = 0.5 + 0.5 / 1022  # where in a pixel Cycles' first sample lies
+SUN = {"sun_elevation": 0.02, "sun_rotation": 1.1, "sun_size": 0.06, "sun_intensity": 0.01}
+
+
+def sky(scene, **settings):
+    """The scene's world becomes a Sky Texture."""
+    world = scene.world = bpy.data.worlds.new("sky")
+    tree = with_nodes(world)
+    texture, background, out = (
+        tree.nodes.new("ShaderNode" + kind) for kind in ("TexSky", "Background", "OutputWorld")
+    )
+    for name, value in settings.items():
+        if name == "turned":
+            texture.texture_mapping.rotation = value
+        else:
+            setattr(texture, name, value)
+    tree.links.new(texture.outputs[0], background.inputs["Color"])
+    tree.links.new(background.outputs[0], out.inputs["Surface"])
+
+
+def look_at_sun(scene, elevation, rotation, wide=0.08):
+    """The camera sees the sun and as much again around it."""
+    camera = scene.camera
+    camera.location = (0, 0, 0)
+    camera.rotation_euler = Euler((np.pi / 2 + elevation, 0, -rotation))
+    camera.data.angle = wide
+
+
+@pytest.mark.parametrize("model", ["SINGLE_SCATTERING", "MULTIPLE_SCATTERING"])
+@pytest.mark.parametrize("altitude", [300.0, 8000.0])
+def test_disc(model, altitude, tmp_path):
+    """Half sunk: the horizon, which the altitude lowers, cuts it. Pixels on a border may fall on either side.
+
+    Not lower: at an altitude of a metre or two the ground's distance is a matter of float32.
+    """
+    scene = empty_scene()
+    sky(scene, sky_type=model, altitude=altitude, **SUN)
+    look_at_sun(scene, SUN["sun_elevation"], SUN["sun_rotation"])
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
+    scene.cycles.use_adaptive_sampling = False
+    theirs = by_cycles(1, (SIZE, SIZE), tmp_path)[0][..., :3]
+    made = prepare(export(size=(SIZE, SIZE)))
+    y, x = np.mgrid[0:SIZE, 0:SIZE]
+    rays = Rays(
+        *made.camera.at_resolution(SIZE, SIZE).rays(
+            (np.stack([x.ravel(), y.ravel()]) + FIRST).astype(np.float32)
+        )
+    )
+    ours = seen(made.world, rays.d, made.view).T.reshape(SIZE, SIZE, 3)[::-1]
+    error = (np.abs(ours - theirs) / (np.abs(theirs) + 0.01)).max(axis=-1)
+    assert theirs.max() > 10 * np.median(theirs)
+    assert (error > 1e-3).sum() <= SIZE // 4
+
+
+@pytest.mark.parametrize("turned", [(0, 0, 0), (0.5, 0.2, 1.0)])
+def test_scene(turned, tmp_path):
+    """A box on the ground in the afternoon."""
+    scene = empty_scene()
+    sky(scene, sky_type="MULTIPLE_SCATTERING", sun_elevation=0.5, sun_rotation=2.0, turned=turned)
+    grey = bpy.data.materials.new("grey")
+    tree = with_nodes(grey)
+    lambert, out = (tree.nodes.new("ShaderNode" + kind) for kind in ("BsdfDiffuse", "OutputMaterial"))
+    tree.links.new(lambert.outputs[0], out.inputs["Surface"])
+    for data, height in (
+        (mesh([(-20, -20, 0), (20, -20, 0), (20, 20, 0), (-20, 20, 0)], [(0, 1, 2, 3)]), 0),
+        (cube(size=1.0), 0.5),
+    ):
+        data.materials.append(grey)
+        add(data, location=(0, 0, height))
+    scene.camera.location, scene.camera.rotation_euler = (4, -4, 4), Euler((np.pi / 3.4, 0, np.pi / 4))
+    size, samples = (32, 24), 128
+    theirs, mine = by_cycles(samples, size, tmp_path), by_engine(samples, size)
+    found = compare(*(tuple(image[..., :3] for image in pair) for pair in (mine, theirs)), grid=(8, 6))
+    assert found.agrees(0.01), str(found)
+    assert found.noise < 0.1
