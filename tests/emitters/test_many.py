@@ -88,7 +88,7 @@ def test_few_emitters_and_those_far_away_are_chosen_by_power_as_ever():
 
 
 def test_rays_that_find_an_emitter_know_the_density_of_its_sample():
-    """pdf_triangle, environment_pdf and intersect for the sample's own place: its pdf, to float32 rounding."""
+    """pdf_triangle, environment_pdf and intersect for the sample's own place: its pdf, to float32."""
     emitters, n = triangles(20), 20_000
     scene = lights(*SIZED.values(), triangles=emitters, environment=environment_map(), surfaces=surfaces())
     p, up = here((0.1, 0.2, 0.0), (0, 0, 1), n)
