@@ -28,7 +28,7 @@ from .report import machine_text, table
 
 COUNTS = 10, 1_000, 10_000
 KINDS = "points", "spheres", "quads"
-SIZE, SAMPLES, PASSES = (96, 64), 128, 4
+SIZE, SAMPLES, PASSES = (96, 64), 128, 3
 
 
 class Row(NamedTuple):
