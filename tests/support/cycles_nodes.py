@@ -1,4 +1,4 @@
-"""One node's output in Cycles, on sheets of faces (see `parity.sheets`) whose attributes a test chooses itself.
+"""One node's output in Cycles, on sheets of faces (see `parity.sheets`) whose attributes a test chooses.
 
 Face attributes A, B, C, D (vectors) feed the sockets that a case names; the others keep their values.
 """
