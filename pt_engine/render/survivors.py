@@ -136,8 +136,9 @@ def runs(sizes: list[int], limit: int) -> list[slice]:
 def roulette(path: PathState, strength: Float32, u: Float32) -> None:
     """Let a path survive with probability q = max β, within [0.01, 0.95], and divide its β by q: unbiased.
 
-    Below 2⁻²⁴ no random number but 0 could tell q from nothing, hence the least. Blender's materials refract without the η² of radiance, so β needs no correction for it. `strength`,
-    max β, becomes 0 where the path ends.
+    Below 2⁻²⁴ no random number but 0 could tell q from nothing, hence the least. Blender's materials refract
+    without the η² of radiance, so β needs no correction for it. `strength`, max β, becomes 0 where the path
+    ends.
     """
     q = np.clip(strength, RR_LEAST, RR_LIMIT)
     survives = u < q

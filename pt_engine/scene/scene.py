@@ -198,6 +198,7 @@ class Scene:
         self.extra_history = needs & {"footprint", "sharpness"}
         asks = reads_path or bool(self.extra_history) or self.lights.by_place is not None
         self.tracks_history = self.transparent_surfaces or asks
+        self._looks_around = "traced" in needs
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
@@ -256,7 +257,7 @@ class Scene:
 
     def _came(self, path: PathState, lanes: NDArray[np.intp]) -> Arrivals:
         """How the rays of some lanes came here; all alike where nobody follows them."""
-        if self.tracks_history:
+        if self.tracks_history or self._looks_around:
             return Arrivals.of(path, lanes)
         return Arrivals.by(int(path.kind[0]), len(lanes))
 

@@ -150,7 +150,7 @@ def test_a_node_whose_type_is_gone():
 def test_an_image_node_without_an_image(kind):
     tree = Tree()
     tree.link(tree.node(kind), "Color", tree.bsdf, "Base Color")
-    check(tree.material)
+    check(tree.material, "magenta")
 
 
 def test_an_image_whose_file_is_gone():

@@ -72,7 +72,7 @@ def test_one_lobe_has_cycles_values(component, tangent, shape, tmp_path):
         )
         np.testing.assert_allclose(ours, theirs, rtol=5e-4, atol=1e-5)
         lit += np.count_nonzero(theirs)
-        assert {entry.state for entry in coverage} == {EXACT}
+        assert ["under a sky" in entry.effect for entry in coverage if entry.state != EXACT] == [True]
     assert lit > 3 * 60
 
 
@@ -93,7 +93,7 @@ def test_principled_hair_has_cycles_values(way, shape, tmp_path, monkeypatch):
         error = (np.abs(ours - theirs) / (theirs + 0.01))[:, ~missing]
         assert error.max() <= 3e-4
         assert np.count_nonzero(theirs) > 3 * 20
-        assert {entry.state for entry in coverage} == {EXACT}
+        assert ["were bumped" in entry.effect for entry in coverage if entry.state != EXACT] == [True]
 
 
 @pytest.mark.parametrize("way", WAYS)

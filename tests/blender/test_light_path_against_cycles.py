@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
-from support import seen_nodes  # noqa: E402
+from support import camera_view  # noqa: E402
 from support.bpy_nodes import with_nodes  # noqa: E402
 from support.bpy_scenes import add, empty_scene, export, mesh  # noqa: E402
 
@@ -61,7 +61,7 @@ def sheet(name, z, size, material):
 @pytest.fixture(name="scene")
 def _scene(monkeypatch):
     scene = empty_scene()
-    monkeypatch.setattr(seen_nodes, "SIZE", SIDE)
+    monkeypatch.setattr(camera_view, "SIZE", SIDE)
     scene.camera.location = (0, 0, 5)
     scene.render.engine = "CYCLES"
     scene.render.resolution_x = scene.render.resolution_y = SIDE
@@ -78,7 +78,7 @@ def _scene(monkeypatch):
 
 def agree(scene, tolerance):
     """Our mean of each channel against Cycles'."""
-    theirs = seen_nodes.cycles(scene).mean(axis=1)
+    theirs = camera_view.cycles(scene).mean(axis=1)
     settings = RenderSettings(SIDE, SIDE, samples=SAMPLES, max_depth=8, transparent_depth=8)
     image = render(prepare(export()), settings).image()
     ours = image[..., :3].mean(axis=(0, 1))

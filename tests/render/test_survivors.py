@@ -32,10 +32,11 @@ def paths(n: int, tracked: bool = False) -> PathState:
 
 
 @pytest.mark.parametrize(
-    "beta", [(0.3, 0.1, 0.0), (0.94, 0.2, 0.9), (0.97, 1.0, 0.5), (2.0, 7.0, 1.0), (1e-4, 0, 2e-4), (1e-9, 0, 1e-8)]
+    "beta",
+    [(0.3, 0.1, 0), (0.94, 0.2, 0.9), (0.97, 1.0, 0.5), (2.0, 7.0, 1.0), (1e-4, 0, 2e-4), (1e-9, 0, 1e-8)],
 )
 def test_roulette_keeps_the_expectation(beta):
-    """E[β′] = q · β/q = β, however small β is. On a lattice of u the mean is exact but for one cell of 10⁶."""
+    """E[β′] = q · β/q = β, however small. On a lattice of u the mean is exact but for one cell of 10⁶."""
     n = 1 << 20
     path = paths(n)
     path.beta = np.array(beta, np.float32)[:, None]
