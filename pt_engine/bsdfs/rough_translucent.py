@@ -6,6 +6,8 @@ import numpy as np
 
 from . import oren_nayar
 from .base import BSDFSample, Float32, Lobe
+
+TRANSMITS = True
 from .oren_nayar import Params, albedo
 from .thin_transmission import across
 
