@@ -6,10 +6,10 @@ import numpy as np
 
 from . import oren_nayar
 from .base import BSDFSample, Float32, Lobe
-
-TRANSMITS = True
 from .oren_nayar import Params, albedo
 from .thin_transmission import across
+
+TRANSMITS = True
 
 __all__ = ["Params", "albedo", "eval_pdf", "sample"]
 
