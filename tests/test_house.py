@@ -10,7 +10,7 @@ SOURCES = sorted((ROOT / "pt_engine").rglob("*.py"))
 OTHERS = [
     path for folder in ("tests", "scenes", "bench", "examples") for path in (ROOT / folder).rglob("*.py")
 ]
-SCRIPTS = [ROOT / "scripts" / name for name in ("setup", "demo", "test", "lint", "build")]
+SCRIPTS = [ROOT / "scripts" / name for name in ("setup", "demo", "test", "lint", "build", "mutate")]
 
 # Module: the places that may import it, as path prefixes below pt_engine/.
 KEEPERS = {

@@ -12,6 +12,7 @@ from ..render.progressive import render
 from ..render.stats import statistics
 from ..scene.prepare import prepare
 from .export import export_scene
+from .nonfinite import add_commands, headline, lines
 from .picture import Picture
 from .record import RenderRecord, Session, write_json
 from .refusal import Refusal
@@ -52,6 +53,7 @@ def final_render(engine, depsgraph) -> None:
         picture.show(result.image())
 
     stats = statistics(prepared, settings, result)
+    add_commands(stats["nonfinite"]["samples"], settings, bpy.data.filepath, scene.frame_current, layer)
     stats["versions"]["blender"] = bpy.app.version_string
     stats["seconds"]["export"] = exported - started
     stats["seconds"]["total"] = time.perf_counter() - started
@@ -103,10 +105,8 @@ def tell_coverage(engine, coverage, strict: bool) -> None:
 
 def tell_nonfinite(engine, stats) -> None:
     """Warn of samples that had to be dropped."""
-    dropped = stats["nonfinite"]["samples"]
     if number := stats["nonfinite"]["count"]:
-        lines = [f"pixel {sample['x']},{sample['y']}, sample {sample['sample']}" for sample in dropped]
-        warn(engine, f"{number} non-finite samples were dropped, the first of them:", lines)
+        warn(engine, headline(number), lines(stats["nonfinite"]["samples"]))
 
 
 def warn(engine, headline: str, lines: list[str]) -> None:

@@ -24,6 +24,7 @@ from .base import NO_HITS, Draw, Float32, Float64, Hits, Index, Lamp, at, column
 
 PARALLEL = 1e-4  # rad; a smaller half spread is a parallel beam
 SMALLEST = 1e-15  # sr; densities stay below its reciprocal
+SHORTEST = 1e-12  # m; a shorter edge counts as this: watts over its square leave float32's range
 LOWEST = 1e-12  # m; height of a lit point in the lamp's plane
 
 
@@ -38,7 +39,12 @@ def lengths(lamp: Lamp) -> tuple[float, float]:
     if lamp.data.shape in ("SQUARE", "DISK"):
         y = x
     scale = np.sqrt((lamp.linear**2).sum(axis=0))
-    return float(abs(x) * scale[0]), float(abs(y) * scale[1])
+    return at_least(abs(x) * scale[0]), at_least(abs(y) * scale[1])
+
+
+def at_least(edge: float) -> float:
+    """A length that float32 can square and divide by; none stays none."""
+    return max(float(edge), SHORTEST) if edge > 0.0 else 0.0
 
 
 def is_ellipse(lamp: Lamp) -> bool:

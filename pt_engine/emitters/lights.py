@@ -125,6 +125,7 @@ class Lights:
         self.chance = select.probabilities(self.power)
         self.names = tuple(lamp.data.name for lamp in shining)
         self.lamps = len(shining)
+        self.takes_light = any((lamp.strength < 0.0).any() for lamp in shining)
 
         self._lamps = lamp_parts(shining, self.chance)
         self._parts: list[Part] = [*self._lamps]

@@ -13,7 +13,7 @@ from . import area, sun
 from .base import FAR, Draw, Float32, Float64, Hits, Index, Kind, Lamp
 from .ellipse import Ellipses
 from .environment import Environment
-from .point import DeltaPoints, DiskLamps, SphereLamps
+from .point import DeltaPoints, DiskLamps, SphereLamps, has_size
 from .rectangle import Rectangles
 from .spot import DeltaSpots, DiskSpots, SphereSpots
 
@@ -42,7 +42,7 @@ def sort_of(lamp: Lamp) -> type[Kind]:
         return Ellipses if area.is_ellipse(lamp) else Rectangles
     if data.kind not in ("POINT", "SPOT"):
         raise ValueError(f"lamp {data.name!r} is of unknown kind {data.kind!r}")
-    size = 0 if data.radius <= 0.0 else 1 if data.soft_falloff else 2
+    size = 0 if not has_size(lamp) else 1 if data.soft_falloff else 2
     return POINTS[size] if data.kind == "POINT" else SPOTS[size]
 
 

@@ -24,11 +24,22 @@ from .base import NO_HITS, TINY, Draw, Float32, Float64, Hits, Index, Lamp, at, 
 TWO_PI = float(2.0 * np.pi)
 
 
+SMALLEST = 1e-12  # m: the radiance of a smaller lamp, and squares of its size, leave float32's range
+
+
+def has_size(lamp: Lamp) -> bool:
+    """Whether the lamp is more than a point."""
+    return lamp.data.radius >= SMALLEST
+
+
 def strength_per_area(lamp: Lamp) -> Float64:
     """(3,) Radiance of a lamp with size; intensity of one without."""
-    radius = lamp.data.radius
-    area = 4.0 * np.pi * radius**2 if radius > 0.0 else 4.0
-    return lamp.strength / np.pi / (area if lamp.data.normalize else 1.0)
+    radius, normalize = lamp.data.radius, lamp.data.normalize
+    if has_size(lamp):
+        return lamp.strength / np.pi / (4.0 * np.pi * radius**2 if normalize else 1.0)
+    if normalize:
+        return lamp.strength / (4.0 * np.pi)
+    return lamp.strength * (radius**2 if radius > 0.0 else 1.0 / np.pi)
 
 
 class Points:

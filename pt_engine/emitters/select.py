@@ -20,7 +20,7 @@ def lamp_power(lamp: Lamp, scene_radius: float) -> float:
     """Watts, mean of the colour channels; 0 for a lamp that gives no light."""
     strength = float(np.abs(lamp.strength).mean()) * (lamp.shader.brightness if lamp.shader else 1.0)
     data = lamp.data
-    if not np.isfinite(strength):
+    if not (np.isfinite(strength) and np.isfinite(lamp.linear).all() and np.isfinite(lamp.centre).all()):
         return 0.0
     if data.kind == "AREA":
         if not area.has_extent(lamp):

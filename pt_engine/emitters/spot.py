@@ -18,6 +18,8 @@ from ..core.vectors import dot
 from .base import Draw, Float32, Float64, Hits, Index, Lamp, at, columns, one, scalars
 from .point import TWO_PI, DeltaPoints, DiskLamps, SphereLamps, around
 
+NARROWEST = 1e-12  # 1 − cos of a beam: a closed one is drawn from, too, though it brings nothing
+
 
 class Beam:
     """The beams of K spots."""
@@ -90,7 +92,7 @@ class SphereSpots(SphereLamps):
         super().__init__(lamps, chance)
         self._beam = Beam(lamps)
         self._toward = columns([-lamp.direction for lamp in lamps])
-        self._widest = scalars([widest(lamp) for lamp in lamps])
+        self._widest = scalars([max(widest(lamp), NARROWEST) for lamp in lamps])
 
     def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
         """Uniform directions in the narrower cone; those of the beam's may miss the sphere."""
@@ -99,7 +101,7 @@ class SphereSpots(SphereLamps):
         narrow = (cone.one_minus_cos > at(self._widest, row)) & (cone.inside == 0.0)
         by_beam = narrow.astype(np.float32)
         axis = cone.axis + by_beam * (at(self._toward, row) - cone.axis)
-        one_minus_max = cone.one_minus_cos + by_beam * (at(self._widest, row) - cone.one_minus_cos)
+        one_minus_max = (1.0 - by_beam) * cone.one_minus_cos + by_beam * at(self._widest, row)
         one_minus_cos = u * one_minus_max
         sin = np.sqrt(one_minus_cos * (2.0 - one_minus_cos))
         wo = around(axis, 1.0 - one_minus_cos, sin, v)
@@ -121,5 +123,6 @@ class SphereSpots(SphereLamps):
         beam = np.maximum(self._beam.of(row, d), cone.inside)
         by_sphere = cone.one_minus_cos <= self._widest[row] + 2.0 * cone.inside
         solid: Float32 = TWO_PI * np.minimum(cone.one_minus_cos, self._widest[row] + 2.0 * cone.inside)
-        drawn = by_sphere | (1.0 - dot(d, one(self._toward, row)) <= self._widest[row])
+        off = d - one(self._toward, row)  # |d − w|² = 2(1 − cos) keeps its digits
+        drawn = by_sphere | (dot(off, off) <= 2.0 * self._widest[row])
         return Hits(lanes, one(self._strength, row) * beam, self._chance[row] / solid * drawn)

@@ -159,7 +159,7 @@ class Film:
             if alpha is not None:
                 total += alpha
             bad: NDArray[np.bool_] = ~np.isfinite(total)
-            if self.reject_negative:
+            if self.reject_negative and (bad.any() or np.min(radiance, initial=0) < 0):
                 bad |= radiance.min(axis=0) < 0
         if not bad.any():
             return np.zeros(0, np.intp)

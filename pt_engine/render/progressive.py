@@ -13,6 +13,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from ..core.samplers import SAMPLERS
 from ..scene.scene import Scene
 from .film import Film
 from .integrator import INTEGRATORS
+from .provenance import only_positive, origins
 from .schedule import Unit, morton_order, units
 from .settings import RenderSettings
 from .worker import UnitResult, Worker
@@ -40,7 +42,7 @@ class Progress:
     samples: int = 0
     camera_samples: int = 0
     rays: Counter[str] = field(default_factory=Counter)
-    nonfinite: list[dict[str, int]] = field(default_factory=list)
+    nonfinite: list[dict[str, Any]] = field(default_factory=list)
     nonfinite_count: int = 0
     stopped: bool = False
 
@@ -119,18 +121,21 @@ def render(
     """
     x0, y0, x1, y1 = settings.window
     order = morton_order(x1 - x0, y1 - y0)
-    film = Film(x1 - x0, y1 - y0, key=film_key(settings), order=order)
-    sampler = SAMPLERS[settings.sampler](settings.seed)
-    worker = Worker(scene, settings, INTEGRATORS[settings.integrator](settings), sampler)
+    integrator = INTEGRATORS[settings.integrator](settings)
+    positive = only_positive(scene, integrator)
+    film = Film(x1 - x0, y1 - y0, key=film_key(settings), order=order, reject_negative=positive)
+    worker = Worker(scene, settings, integrator, SAMPLERS[settings.sampler](settings.seed))
     progress = Progress(film, settings, time.perf_counter())
     threads = settings.threads or os.cpu_count() or 1
     with kept_buffers():
-        work = units(settings, order)
+        work = units(settings, order, integrator.waves)
         for result in in_parallel(worker, work, threads, lambda: progress.stopped or out_of_time(progress)):
             deposit(progress, result)
             on_progress(progress)
             progress.stopped = progress.stopped or should_stop()
-    return RenderResult(film, progress, progress.elapsed, progress.stopped)
+        seconds = progress.elapsed
+        progress.nonfinite = origins(scene, settings, progress.nonfinite, positive)
+    return RenderResult(film, progress, seconds, progress.stopped)
 
 
 def film_key(settings: RenderSettings) -> str:
@@ -171,7 +176,7 @@ def in_parallel(
 
 
 def deposit(progress: Progress, result: UnitResult) -> None:
-    """Add a unit's samples to the film; non-finite ones are dropped there and remembered here."""
+    """Add a unit's samples to the film; those that can't be are dropped there and remembered here."""
     unit = result.unit
     bad = progress.film.add(unit.pixels, unit.first, unit.spp, result.radiance, result.alpha)
     for slot in bad[: max(0, REPORTED_NONFINITE - len(progress.nonfinite))]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..bsdfs.base import Lobe
 from ..core.samplers import SAMPLERS
-from ..scene.geometry import SKY
+from ..scene.geometry import INSTANCE, SKY
 from ..scene.lanes import Surface
 from ..scene.scene import Found, Intersection, Rays, Scene
 from ..scene.shading import Scattered, ShadedBSDF
@@ -117,11 +117,12 @@ class Recorder:
         return getattr(self._scene, name)
 
     def note(self, what: str, contribution: Float32 | None = None, **numbers: Any) -> None:
-        """Add an event."""
-        self.events.append(Event(what, numbers, contribution))
+        """Add an event, with its numbers as they are now: the integrator goes on to change its arrays."""
+        now = {name: np.copy(x) if isinstance(x, np.ndarray) else x for name, x in numbers.items()}
+        self.events.append(Event(what, now, contribution))
 
-    def intersect(self, rays: Rays) -> Intersection:
-        found = self._scene.intersect(rays)
+    def intersect(self, rays: Rays, kind: str = "") -> Intersection:
+        found = self._scene.intersect(rays, kind)
         if rays.tfar[0] > 0 and found.surface[0] == SKY:
             self.note("the ray leaves the scene")
         return found
@@ -147,10 +148,24 @@ class Recorder:
             yield light
             if len(light.lanes):
                 weight = mis(path.pdf[:1], light.pdf[:1])[0]
-                numbers = {"Le": light.radiance[:, 0], "pdf emitter": light.pdf[0], "pdf BSDF": path.pdf[0]}
+                numbers = {
+                    **self._source(light, found),
+                    "Le": light.radiance[:, 0],
+                    "pdf emitter": light.pdf[0],
+                    "pdf BSDF": path.pdf[0],
+                }
                 self.note(
                     "found an emitter", path.L[:, 0] - before, **numbers, mis=weight, beta=path.beta[:, 0]
                 )
+
+    def _source(self, light: Found, found: Intersection) -> dict[str, str]:
+        """What shone: the sky, a lamp, or a surface's material and object."""
+        if light.source != "surface":
+            return {"source": light.source}
+        scene = self._scene
+        material = scene.geometry.surface_material[found.surface[0]]
+        instance = scene.geometry.integer(INSTANCE, found.hits.prim[:1])[0]
+        return {"source": scene.material_names[material], "object": scene.instances.names[instance]}
 
     def shade(
         self, si: Surface, path: PathState, spans: list[tuple[int, slice]]

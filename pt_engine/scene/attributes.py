@@ -83,11 +83,22 @@ def build_layer(
 def normal_layer(snapshot: Snapshot, geometry: Geometry) -> Layer | None:
     """Object-space shading normals, or None where every mesh is flat."""
     pick = {
-        m: (mesh.normals, mesh.normal_index)
+        m: (usable(mesh.normals), mesh.normal_index)
         for m, mesh in enumerate(snapshot.meshes)
         if mesh.normals is not None and mesh.normal_index is not None
     }
     return build_layer(snapshot, geometry, pick, (0.0, 0.0, 1.0)) if pick else None
+
+
+def usable(normals: Float32) -> Float32:
+    """Normals (K, 3) to interpolate and square: what is not finite is 0, what is huge is shortened."""
+    largest = np.abs(normals).max(axis=1, keepdims=True)
+    if np.max(largest, initial=0) < 1e6:
+        return normals
+    finite = np.isfinite(largest)
+    scale = np.where(finite, np.maximum(largest, 1), np.float32(1)).astype(np.float32)
+    shortened: Float32 = np.where(finite, normals, np.float32(0)).astype(np.float32) / scale
+    return shortened
 
 
 def uv_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:

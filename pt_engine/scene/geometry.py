@@ -29,6 +29,7 @@ SKY = 0  # surface 0 belongs to no triangle: it is what a ray that leaves the sc
 
 # γ(n) bounds n roundings (Higham); 6 measured free of self-intersection at every scale and place
 GAMMA6 = np.float32(6 * 2.0**-24 / (1 - 6 * 2.0**-24))
+FARTHEST = 1e18  # Embree takes none beyond 1.8e18; and one vertex there would cost all others their digits
 CHUNK = 1 << 15  # triangles: their float64 temporaries are 8 MB
 
 
@@ -51,7 +52,7 @@ class Geometry:
     surface_material, surface_smooth : (S,) int32, bool
         By surface number: a surface is a material on flat or on smooth geometry.
     dropped : int
-        Triangles with non-finite vertices, made unhittable.
+        Triangles with vertices that are not finite, or beyond 10¹⁸, made unhittable.
     first_triangle : (I + 1,) int64
         Where each instance's triangles begin.
     """
@@ -195,7 +196,7 @@ class SurfaceTable:
 
 
 def bounds(meshes: tuple[MeshData, ...], instances: Instances) -> tuple[Float64, float]:
-    """Centre of the instances' bounding box, and the radius around it (float64, finite vertices only)."""
+    """Centre of the instances' bounding box, and the radius around it (float64, usable vertices only)."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     boxes = [_box(mesh.vertices) for mesh in meshes]
     for k, m in enumerate(instances.mesh):
@@ -203,8 +204,9 @@ def bounds(meshes: tuple[MeshData, ...], instances: Instances) -> tuple[Float64,
         if box is None:
             continue
         corners = np.array([[box[i >> a & 1][a] for a in range(3)] for i in range(8)])
-        world = corners @ instances.matrix[k][:3, :3].T + instances.matrix[k][:3, 3]
-        if np.isfinite(world).all():
+        with np.errstate(invalid="ignore", over="ignore"):
+            world = corners @ instances.matrix[k][:3, :3].T + instances.matrix[k][:3, 3]
+        if near(world).all():
             low, high = np.minimum(low, world.min(axis=0)), np.maximum(high, world.max(axis=0))
     if not np.isfinite(low).all():
         return np.zeros(3), 1.0
@@ -216,10 +218,15 @@ def _box(vertices: Float32) -> tuple[Float64, Float64] | None:
     if len(vertices) == 0:
         return None
     low, high = vertices.min(axis=0).astype(np.float64), vertices.max(axis=0).astype(np.float64)
-    if not (np.isfinite(low).all() and np.isfinite(high).all()):
-        finite = vertices[np.isfinite(vertices).all(axis=1)].astype(np.float64)
-        return None if len(finite) == 0 else (finite.min(axis=0), finite.max(axis=0))
+    if not near(np.stack([low, high])).all():
+        usable = vertices[near(vertices)].astype(np.float64)
+        return None if len(usable) == 0 else (usable.min(axis=0), usable.max(axis=0))
     return low, high
+
+
+def near(points: Float32 | Float64) -> NDArray[np.bool_]:
+    """(V,) whether each of the points (V, 3) is finite and within Embree's reach."""
+    return np.asarray((np.abs(points) < FARTHEST).all(axis=1))
 
 
 def transformed(points: Float32, matrix: Float64) -> Float32:
@@ -261,8 +268,8 @@ def pack_planes(vertices: Float32, triangles: Int32, records: Float32, flip: boo
 
 
 def drop_invalid(vertices: Float32, triangles: Int32, first: int, end: int) -> int:
-    """Make triangles with a non-finite vertex unhittable (one vertex thrice); returns their number."""
-    valid = np.isfinite(vertices[first:end]).all(axis=1)
+    """Make triangles with an unusable vertex unhittable (one vertex thrice); returns their number."""
+    valid = near(vertices[first:end])
     if valid.all():
         return 0
     bad = ~valid[triangles - first].all(axis=1)

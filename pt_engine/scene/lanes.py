@@ -228,7 +228,11 @@ class Lanes:
             return self.ng
         n = self.to_world_normal(self.object_normal())
         n *= 1 - 2 * self.backfacing
-        return vectors.normalize(n)
+        n = vectors.normalize(n)
+        lost = np.flatnonzero(~(vectors.dot(n, n) > 0.5))  # corners that cancel, or say nothing: as in Cycles
+        if len(lost):
+            n[:, lost] = self.ng.take(lost, axis=1)
+        return n
 
     def object_normal(self) -> Float32:
         """(3, n) interpolated shading normal in object space (unnormalised); needs `smooth`."""

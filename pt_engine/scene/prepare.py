@@ -100,7 +100,7 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
 def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32, TriangleEmitters | None]:
     """The triangles whose material emits: their numbers (also put in their records), and their table."""
     none = np.zeros(0, np.int32), None
-    emits = materials.emission_varies | (materials.emission_constant > 0).any(axis=1)
+    emits = materials.emission_varies | (materials.emission_constant != 0).any(axis=1)
     surface_emits = (geometry.surface_material >= 0) & emits[geometry.surface_material]  # never the sky's
     if not surface_emits.any():
         return none

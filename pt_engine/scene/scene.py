@@ -73,11 +73,14 @@ class Found(NamedTuple):
     radiance : (3, K) float32
     pdf : (K,) float32
         Density per solid angle with which emitter sampling would have chosen this direction.
+    source : str
+        "sky", "surface" or "lamp".
     """
 
     lanes: NDArray[np.intp]
     radiance: Float32
     pdf: Float32
+    source: str = "lamp"
 
 
 class Intersection(NamedTuple):
@@ -177,7 +180,7 @@ class Scene:
             ],
             np.uint8 if self.dead < 255 else np.uint16,
         )
-        emits = self.materials.emission_varies | (self.materials.emission_constant > 0).any(axis=1)
+        emits = self.materials.emission_varies | (self.materials.emission_constant != 0).any(axis=1)
         self._surface_emits = (surfaces.surface_material >= 0) & emits[surfaces.surface_material]
         holds_out = np.array([batch.has_holdout for batch in batches], np.bool_)
         self.surface_holds_out = (surfaces.surface_material >= 0) & holds_out[
@@ -194,6 +197,7 @@ class Scene:
         # without these, nobody asks what became of a path before
         self.extra_history = needs & {"footprint", "sharpness"}
         self.tracks_history = self.transparent_surfaces or reads_path or bool(self.extra_history)
+        self._looks_around = "traced" in needs
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
@@ -240,7 +244,7 @@ class Scene:
                 d = rays.d.take(escaped, axis=1)
                 o = rays.o.take(escaped, axis=1) + self.origin32 if self.view.kind == "ORTHO" else None
                 sky = self.world.emission(SkyLanes(d, self._came(path, escaped), self.view, o))
-                yield Found(escaped, sky, self.lights.environment_pdf(d))
+                yield Found(escaped, sky, self.lights.environment_pdf(d), "sky")
         if self.lights.description.meets_lamps or self.lights.description.camera_meets_lamps:
             yield from self._lamp_emission(rays, found, path)
         if self.holds_out:  # after the lamps before a holdout, ahead of what it covers
@@ -252,7 +256,7 @@ class Scene:
 
     def _came(self, path: PathState, lanes: NDArray[np.intp]) -> Arrivals:
         """How the rays of some lanes came here; all alike where nobody follows them."""
-        if self.tracks_history:
+        if self.tracks_history or self._looks_around:
             return Arrivals.of(path, lanes)
         return Arrivals.by(int(path.kind[0]), len(lanes))
 
@@ -268,7 +272,7 @@ class Scene:
     def _surface_emission(self, lit: NDArray[np.intp], hit: Surface, path: PathState) -> Found:
         distance = hit.t + path.travelled.take(lit) if self.transparent_surfaces else hit.t
         pdf = self.lights.pdf_triangle(hit.emitter, distance, np.abs(hit.facing))
-        return Found(lit, self._radiance(hit, path, lit), pdf)
+        return Found(lit, self._radiance(hit, path, lit), pdf, "surface")
 
     def _radiance(self, hit: Surface, path: PathState, lanes: NDArray[np.intp]) -> Float32:
         """(3, K) emitted toward `wi`: a table where it is constant, else the materials' programs."""
@@ -377,7 +381,7 @@ class Scene:
         self, si: Surface, light: LightSample, contribution: Float32, limit: int, path: PathState
     ) -> Float32:
         """`contribution` where nothing lies between; dimmed by up to `limit` transparent surfaces."""
-        lit = vectors.max3(contribution) > 0
+        lit = vectors.max3(np.abs(contribution)) != 0  # negative ones too; NaN is not hidden
         tfar = light.distance * lit - ~lit  # −1 switches a ray off
         side = np.copysign(si.bound, vectors.dot(si.ng, light.wo))
         o = si.p + side * si.ng

@@ -18,6 +18,7 @@ import dataclasses
 import io
 import json
 import math
+import tokenize
 import zipfile
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -43,6 +44,8 @@ MALFORMED = (  # what the standard library raises on broken files
     OSError,
     RecursionError,
     RuntimeError,
+    SyntaxError,
+    tokenize.TokenError,  # numpy's, of an .npy header
     TypeError,
     ValueError,
 )

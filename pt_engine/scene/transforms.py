@@ -69,8 +69,11 @@ class Transforms:
 
 def inverse_transposed(m: Float64) -> Float64:
     """M⁻ᵀ = cof(M) / det M; of a flattened object, which has no inverse, the cofactors: same directions."""
+    if not np.isfinite(m).all():
+        return np.eye(3)
     a, b, c = m.T
-    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):  # of objects beyond float32, which nothing hits
+        cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
     largest = float(np.abs(cofactors).max()) if np.isfinite(cofactors).all() else 0.0
     if largest == 0.0:
         return np.eye(3)

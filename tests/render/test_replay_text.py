@@ -98,6 +98,17 @@ def test_densities_and_weights_are_told():
     assert emitter["shadow_ray"] in ("visible", "blocked", "no light from there")
 
 
+def test_the_throughput_is_told_as_it_is_at_the_time():
+    """β = 1 where the camera's path is shaded; after a bounce it is the product of the weights so far."""
+    for sample in range(8):
+        beta = np.ones(3)
+        for event in story("diffuse", sample=sample, max_depth=6).events:
+            if event.what == "shaded":
+                np.testing.assert_allclose(event.numbers["beta"], beta, rtol=1e-5)
+            elif event.what == "BSDF sample":
+                beta = beta * event.numbers["weight"]
+
+
 def test_lobes_are_told_in_words():
     words = {
         e.numbers["lobe"]

@@ -35,10 +35,11 @@ def cycles(scene):
         bpy.ops.render.render(write_still=True)
         image = bpy.data.images.load(str(path))
         image.colorspace_settings.name = "Non-Color"
-        pixels = np.empty(SIZE * SIZE * image.channels, np.float32)
+        pixels = np.empty(len(image.pixels), np.float32)
         image.pixels.foreach_get(pixels)
+        channels = image.channels
         bpy.data.images.remove(image)
-    return np.ascontiguousarray(pixels.reshape(SIZE * SIZE, -1)[:, :3].T)
+    return np.ascontiguousarray(pixels.reshape(-1, channels)[:, :3].T)
 
 
 def shot(ready, sample):

@@ -20,6 +20,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Carry out a command; the exit code."""
     arguments = parser().parse_args(argv)
     try:
+        if arguments.command == "selftest":  # without Blender
+            from ...selftest.command import selftest
+
+            return 0 if selftest(arguments.all, arguments.markdown) else 1
         from .commands import COMMANDS
 
         Chatter.wanted = arguments.verbose

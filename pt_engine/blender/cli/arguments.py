@@ -58,6 +58,16 @@ def parser() -> argparse.ArgumentParser:
         "--sample", type=whole(0), required=True, metavar="N", help="the sample's number, from 0"
     )
     add_inspections(commands)
+
+    selftest = commands.add_parser(
+        "selftest",
+        allow_abbrev=False,
+        help="run the hard cases on this machine and print their table",
+        description="What breaks renderers, what is expected there and what is measured here; "
+        "needs no Blender. Ends with code 1 if a case fails.",
+    )
+    selftest.add_argument("--all", action="store_true", help="the slow cases too")
+    selftest.add_argument("--markdown", type=Path, metavar="F.md", help="write the table as a page, too")
     return top
 
 

@@ -18,7 +18,7 @@ class MaterialTable:
 
     def __init__(self, depsgraph, images) -> None:
         self.depsgraph, self.images = depsgraph, images
-        self.graphs: list[Graph] = [diffuse("(no material)", DEFAULT_GREY)]
+        self.graphs: list[Graph] = [default_surface()]
         self._index: dict[int, int] = {}
 
     def index(self, material) -> int:
@@ -66,6 +66,15 @@ def undefined(tree) -> list[tuple[str, str]]:
         if node.bl_idname == "NodeUndefined" and any(socket.is_linked for socket in node.outputs):
             found.append((node.name, "a node of an unknown type: what it feeds keeps its own value"))
     return found
+
+
+def default_surface() -> Graph:
+    """What faces without a material have: Cycles 5 gives them a Principled BSDF, before it was a Diffuse."""
+    if not BLENDER_5:
+        return diffuse("(no material)", DEFAULT_GREY)
+    inputs = {"Base Color": DEFAULT_GREY, "Roughness": 0.5, "IOR": 1.5}
+    node = Node("BsdfPrincipled", "Principled BSDF", inputs)
+    return Graph("(no material)", (node,), {"Surface": Link(0, "BSDF")})
 
 
 def diffuse(name: str, color) -> Graph:
