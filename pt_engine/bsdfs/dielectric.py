@@ -19,6 +19,7 @@ from .base import BSDFSample, Float32
 from .microfacet import GGX, Distribution
 
 SPECULAR = True
+TRANSMITS = True
 
 
 class Params(NamedTuple):

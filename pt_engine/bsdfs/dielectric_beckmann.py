@@ -7,6 +7,7 @@ from .dielectric import Params, albedo
 from .microfacet import Beckmann
 
 SPECULAR = True
+TRANSMITS = True
 
 eval_pdf = partial(dielectric.eval_pdf, model=Beckmann)
 sample = partial(dielectric.sample, model=Beckmann)

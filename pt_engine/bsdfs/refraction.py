@@ -14,6 +14,7 @@ from .base import BSDFSample, Float32
 from .microfacet import GGX, Distribution
 
 SPECULAR = True
+TRANSMITS = True
 
 
 class Params(NamedTuple):

@@ -7,6 +7,7 @@ from .microfacet import Beckmann
 from .refraction import Params, albedo
 
 SPECULAR = True
+TRANSMITS = True
 
 eval_pdf = partial(refraction.eval_pdf, model=Beckmann)
 sample = partial(refraction.sample, model=Beckmann)

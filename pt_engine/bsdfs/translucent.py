@@ -12,6 +12,8 @@ import numpy as np
 from ..core import warps
 from .base import BSDFSample, Float32, Lobe
 
+TRANSMITS = True
+
 
 class Params(NamedTuple):
     """None: the colour is the closure's weight."""

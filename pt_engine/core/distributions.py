@@ -13,6 +13,7 @@ same probability and `total` is 0.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -113,6 +114,45 @@ class Distribution2D:
         row = np.minimum((y * np.float32(rows)).astype(np.intp), rows - 1)
         density: Float32 = self.pmf.take(row * columns + column, mode="clip") * np.float32(rows * columns)
         return density
+
+
+class AliasTables:
+    """Many alias tables one after the other, of any lengths, for lanes that each draw from one of them.
+
+    Attributes
+    ----------
+    size : int
+        Entries of all tables.
+    """
+
+    def __init__(self, blocks: Sequence[NDArray[Any]]) -> None:
+        """`blocks`: arrays (tables, n) of weights, finite and ≥ 0; a table of zeros draws its first entry."""
+        self._table = np.concatenate([_alias_table(_normalised(_checked(b, 2))).ravel() for b in blocks])
+        self.size = int(self._table.size)
+
+    def sample(
+        self, first: NDArray[np.int64], n: NDArray[np.int64] | int, u: Float32
+    ) -> tuple[NDArray[np.int64], Float32]:
+        """Entry (N,) of the table of `n` entries that begins at `first` (N,), and what is left of u."""
+        rest = u * np.asarray(n, np.float64)
+        bucket = np.minimum(rest.astype(np.int64), np.subtract(n, 1))
+        rest -= bucket
+        entry = self._table.take(first + bucket, mode="clip").view(np.uint32).reshape(-1, 2)
+        keep = np.ascontiguousarray(entry[:, 0]).view(np.float32)
+        other = rest >= keep
+        bucket += (entry[:, 1] - bucket) * other
+        aliased = other.astype(np.float64)
+        rest -= aliased * keep
+        rest /= aliased * (1.0 - 2.0 * keep) + keep
+        return bucket, np.minimum(rest, ONE_BELOW).astype(np.float32)
+
+
+def _normalised(weights: Float64) -> Float64:
+    """Rows scaled to mean 1; a row of zeros becomes its first entry alone."""
+    weights = weights.copy()
+    total = weights.sum(axis=1)
+    weights[total == 0.0, 0] = 1.0
+    return np.asarray(weights * (weights.shape[1] / np.where(total == 0.0, 1.0, total))[:, None])
 
 
 def _checked(weights: NDArray[Any], ndim: int) -> Float64:

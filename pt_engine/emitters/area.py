@@ -136,9 +136,9 @@ class AreaLamps:
         dim: Float32 = np.maximum((tan - off / height) * at(self._narrow, row), 0.0)
         return dim
 
-    def _cross(self, row: int, o: Float32, d: Float32, t: Float32) -> Crossing:
+    def _cross(self, row: int | Index, o: Float32, d: Float32, t: Float32) -> Crossing:
         """Lanes that pass the lamp's bounding rectangle from its bright side before `t`."""
-        axes, half_x, half_y = self._lamps(np.array([row]))
+        axes, half_x, half_y = self._lamps(np.atleast_1d(row))
         seen = see(axes, half_x, half_y, o)
         facing = -dot(d, axes.z)
         ahead: Float32 = np.maximum(facing, 1e-9)
@@ -162,6 +162,8 @@ class Crossing(NamedTuple):
         """Those that are `inside`."""
         keep = np.flatnonzero(inside)
         x, y, height, half_x, half_y = self.seen
+        if half_x.size > 1:  # a lamp of its own for each lane
+            half_x, half_y = half_x.take(keep), half_y.take(keep)
         seen = Seen(x.take(keep), y.take(keep), height.take(keep), half_x, half_y)
         return Crossing(self.lanes.take(keep), seen, self.x.take(keep), self.y.take(keep), self.s.take(keep))
 
@@ -206,7 +208,7 @@ class Beams(AreaLamps):
         """Whether a point is in the shape, in half-lengths."""
         return (np.abs(x) <= 1.0) & (np.abs(y) <= 1.0)
 
-    def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
+    def hits(self, row: int | Index, o: Float32, d: Float32, t: Float32) -> Hits:
         """No ray has just that direction."""
         return NO_HITS
 

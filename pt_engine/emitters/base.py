@@ -120,8 +120,8 @@ class Kind(Protocol):
         """Draw from lamp `row[lane]`, or from the only lamp if `row` is None; u, v: (N,) uniforms."""
         ...
 
-    def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
-        """What rays o + s·d, 0 < s < t, meet of lamp `row`."""
+    def hits(self, row: int | Index, o: Float32, d: Float32, t: Float32) -> Hits:
+        """What rays o + s·d, 0 < s < t, meet of lamp `row`, or each of its own lamp `row[lane]`."""
         ...
 
 
@@ -146,6 +146,16 @@ def at(table: Float32, row: Index | None) -> Float32:
     return table if row is None else table.take(row, axis=-1, mode="clip")
 
 
-def one(table: Float32, row: int) -> Float32:
-    """Column `row` alone, to broadcast."""
-    return table[..., row : row + 1]
+def one(table: Float32, row: int | Index) -> Float32:
+    """Column `row` alone, to broadcast; of several rows, a column each."""
+    return table[..., row : row + 1] if isinstance(row, int) else at(table, row)
+
+
+def of_met(table: Float32, row: int | Index, lanes: Index) -> Float32:
+    """A column for each of `lanes`, those of all rays that have met their lamp: `row`, or `row[lane]`."""
+    return at(table, rows_met(row, lanes))
+
+
+def rows_met(row: int | Index, lanes: Index) -> Index:
+    """(k,) the lamp that each of `lanes` has met."""
+    return np.full(lanes.size, row, np.intp) if isinstance(row, int) else row.take(lanes)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from .area import LOWEST, AreaLamps, Seen, above, see, toward
-from .base import Draw, Float32, Hits, Index, at
+from .base import Draw, Float32, Hits, Index, at, rows_met
 
 TWO_PI = float(2.0 * np.pi)
 
@@ -50,19 +50,19 @@ class Ellipses(AreaLamps):
             omega *= self._dim(row, tan, x, y, seen.height)
         return Draw(toward(axes, x, y, seen.height, distance), distance, at(self._weight, row) * omega, pdf)
 
-    def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
+    def hits(self, row: int | Index, o: Float32, d: Float32, t: Float32) -> Hits:
         """Where the ray crosses the ellipse from its bright side."""
         met = self._cross(row, o, d, t)
         a, b = (met.x - met.seen.x) / met.seen.half_x, (met.y - met.seen.y) / met.seen.half_y
         met = met.among(a * a + b * b <= 1.0)
-        only = np.array([row])
+        only = rows_met(row, met.lanes)
         tan = None if self._tan is None else at(self._tan, only)
         region = self._region(tan, met.seen)
         cubed: Float32 = np.maximum(met.s * met.s * met.s, 1e-30)
         omega = float(np.pi) * region.half_x * region.half_y * region.height / cubed
-        radiance = np.repeat(at(self._radiance, only), met.lanes.size, axis=1)
+        radiance = at(self._radiance, only)
         if tan is None:
-            return Hits(met.lanes, radiance, self._chance[row] / above(omega))
+            return Hits(met.lanes, radiance, at(self._chance, only) / above(omega))
         radiance *= self._dim(only, tan, met.x, met.y, region.height)
         a, b = (met.x - region.x) / region.half_x, (met.y - region.y) / region.half_y
-        return Hits(met.lanes, radiance, self._chance[row] / above(omega) * (a * a + b * b <= 1.0))
+        return Hits(met.lanes, radiance, at(self._chance, only) / above(omega) * (a * a + b * b <= 1.0))

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base import TINY, Float32, Float64
+from .outline import Outlines, joined, of_faces
 from .parallelogram import Parallelograms, paired
 from .parts import Part
 from .select import triangle_power
@@ -33,6 +34,13 @@ class Faces:
         self.triangles = emitters.count
         self.parts: list[Part] = []
 
+    def outlines(self) -> Outlines:
+        """What the choice has to know of each face."""
+        corners = self._emitters.vertices.astype(np.float64)
+        alone, pairs = corners[self._alone], corners[self._pairs].reshape(-1, 6, 3)
+        watts = self.power[: len(alone)], self.power[len(alone) :]
+        return joined(of_faces(alone, watts[0]), of_faces(pairs, watts[1]))
+
     def choose_with(self, chance: Float64) -> None:
         """Make the samplers; `chance` (F,) is the probability of each face."""
         emitters, alone, pairs = self._emitters, self._alone, self._pairs
@@ -41,11 +49,18 @@ class Faces:
             self.parts.append(Triangles(emitters, alone, of_alone))
         if len(pairs):
             self.parts.append(Parallelograms(emitters, pairs, of_pairs))
+        self._number = np.empty(emitters.count, np.int32)
+        self._number[alone] = np.arange(len(alone))
+        self._number[pairs] = len(alone) + np.arange(len(pairs))[:, None]
         density = np.empty(emitters.count)
         area = emitters.areas()
         density[alone] = of_alone / np.maximum(area[alone], TINY)
         density[pairs] = (of_pairs / np.maximum(area[pairs].sum(axis=1), TINY))[:, None]
         self._density: Float32 = density.astype(np.float32)
+
+    def number(self, triangle: NDArray[np.integer]) -> NDArray[np.int32]:
+        """(n,) the face that each `triangle` belongs to."""
+        return self._number.take(triangle, mode="clip")
 
     def pdf(self, triangle: NDArray[np.integer], t: Float32, cos_light: Float32) -> Float32:
         """(n,) density of a ray that meets `triangle` after `t` at |cos| `cos_light`, the choice included."""

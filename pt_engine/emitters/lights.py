@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +17,15 @@ from ..core.uniforms import Uniforms
 from ..scene.snapshot import LightData
 from . import select
 from .base import FAR, NO_BARYCENTRIC, NO_LANES, Draw, Float32, Float64, Hits, Index, Lamp, LampShader
+from .cuts import LocalChoice
 from .environment import Environment
 from .faces import Faces
+from .many import Surfaces, crowd, local_choice
 from .parts import EnvironmentPart, Part, lamp_parts, traits
 from .triangle import TriangleEmitters
 
 LAMPS = ("point", "spot", "sun", "area")
+Places: TypeAlias = NDArray[np.int32] | None
 
 
 class LightSample(NamedTuple):
@@ -48,6 +51,9 @@ class LightSample(NamedTuple):
         Their row of `TriangleEmitters`.
     barycentric : (2, M) float32
         Their b1, b2: x = p0 + b1·e1 + b2·e2.
+    place : (N,) int32 or None
+        Where the emitter was chosen for; whoever meets an emitter by chance says it to learn the pdf there.
+        None where the choice is the same everywhere.
     """
 
     wo: Float32
@@ -59,6 +65,7 @@ class LightSample(NamedTuple):
     varying: Index = NO_LANES
     triangle: Index = NO_LANES
     barycentric: Float32 = NO_BARYCENTRIC
+    place: Places = None
 
 
 @dataclass(frozen=True)
@@ -95,6 +102,8 @@ class Lights:
         Of a sphere around all there is to light: weighs suns and environment against the rest.
     shaders : sequence of LampShader or None
         Of each lamp whose node tree varies; () where none does.
+    surfaces : Surfaces or None
+        What there is to light, for a choice that depends on where; None for one by power alone.
     """
 
     def __init__(
@@ -106,6 +115,7 @@ class Lights:
         environment: Environment | None = None,
         scene_radius: float = 1.0,
         shaders: Sequence[LampShader | None] = (),
+        surfaces: Surfaces | None = None,
     ) -> None:
         factors = np.ones((len(lamps), 3)) if lamp_strength is None else np.asarray(lamp_strength, np.float64)
         centre, radius = np.asarray(origin, np.float64), max(float(scene_radius), 1e-6)
@@ -138,6 +148,8 @@ class Lights:
             self._environment = EnvironmentPart(environment, float(self.chance[-1]))
             self._parts.append(self._environment)
         self._prepare_choice()
+        self.by_place = local_choice(shining, faces, self.power, self.chance, radius, surfaces)
+        self._crowd = crowd(shining, self._lamps, self._first.tolist(), radius, surfaces)
         self.description = self._describe(shining)
 
     def _prepare_choice(self) -> None:
@@ -174,7 +186,7 @@ class Lights:
         p : (3, N) float32
             Reference points, where shadow rays start.
         n : (3, N) float32
-            Normals that face the viewer. Not used yet: no emitter here samples by the cosine.
+            Normals that face the viewer; used where the choice is by place.
         u : (3, N) float32
             Uniforms in [0, 1): the choice, then two for the emitter.
         """
@@ -183,7 +195,20 @@ class Lights:
         if self._alias is None:
             part = self._parts[0]
             return _light_sample(part.sample(None, p, u[1], u[2]), part.delta, 0)
+        if self.by_place is not None:
+            return self._sample_by_place(self.by_place, p, n, u)
         chosen = self._alias.sample(u[0])[0]
+        return self._sample_chosen(chosen, p, u)
+
+    def _sample_by_place(self, local: LocalChoice, p: Float32, n: Float32, u: Uniforms) -> LightSample:
+        """The parts' tables hold each emitter's probability by power; what it is here corrects that."""
+        place = local.place(p, n)
+        chosen, ratio = local.sample(place, u[0])
+        light = self._sample_chosen(chosen, p, u)
+        return light._replace(weight=light.weight / ratio, pdf=light.pdf * ratio, place=place)
+
+    def _sample_chosen(self, chosen: NDArray[np.int32], p: Float32, u: Uniforms) -> LightSample:
+        """A direction toward emitter `chosen` (N,) of each lane."""
         if len(self._parts) == 1:
             part = self._parts[0]
             return _light_sample(part.sample(chosen.astype(np.intp), p, u[1], u[2]), part.delta, chosen)
@@ -215,7 +240,9 @@ class Lights:
         varying = extras[0] if extras else (NO_LANES, NO_LANES, NO_BARYCENTRIC)
         return LightSample(wo, distance, weight, pdf, is_delta, chosen, *varying)
 
-    def pdf_triangle(self, triangle: NDArray[np.integer], t: Float32, cos_light: Float32) -> Float32:
+    def pdf_triangle(
+        self, triangle: NDArray[np.integer], t: Float32, cos_light: Float32, place: Places = None
+    ) -> Float32:
         """(N,) density with which `sample` draws the ray that met emissive triangle `triangle`.
 
         Parameters
@@ -226,19 +253,32 @@ class Lights:
             Distance from the reference point.
         cos_light : (N,) float32
             |cos| between the ray and the triangle's geometric normal.
+        place : (N,) int32 or None
+            `LightSample.place` of the reference points.
         """
         if self._faces is None:
             return np.zeros(t.shape, np.float32)
-        return self._faces.pdf(triangle, t, cos_light)
+        pdf = self._faces.pdf(triangle, t, cos_light)
+        if self.by_place is not None and place is not None:
+            pdf *= self.by_place.ratio(place, self.lamps + self._faces.number(triangle))
+        return pdf
 
-    def environment_pdf(self, d: Float32) -> Float32:
+    def environment_pdf(self, d: Float32, place: Places = None) -> Float32:
         """(N,) density with which `sample` draws directions d (3, N) toward the environment."""
         if self._environment is None:
             return np.zeros(d.shape[1], np.float32)
-        return self._environment.pdf(d)
+        pdf = self._environment.pdf(d)
+        if self.by_place is not None and place is not None:
+            pdf = pdf * self.by_place.ratio(place, np.full(len(place), len(self.power) - 1))
+        return pdf
 
     def intersect(
-        self, o: Float32, d: Float32, t: Float32, camera: bool | NDArray[np.bool_] | None = None
+        self,
+        o: Float32,
+        d: Float32,
+        t: Float32,
+        camera: bool | NDArray[np.bool_] | None = None,
+        place: Places = None,
     ) -> Iterator[Hits]:
         """What rays o + s·d, 0 < s < t, gather of lamps; suns only where t ≥ 10³⁰ (nothing was hit).
 
@@ -251,25 +291,43 @@ class Lights:
         camera : bool, (N,) bool or None
             Which rays are the camera's: they see the lamps that are visible to it (with MIS weight 1,
             for nothing else could have found them), all others those that have MIS.
+        place : (N,) int32 or None
+            `LightSample.place` of the reference points.
 
         Yields
         ------
-        Hits : lanes (k,), radiance (3, k), pdf (k,), one for each lamp that may be met.
+        Hits : lanes (k,), all different, radiance (3, k), pdf (k,).
         """
         every, some = self.description.meets_lamps, self.description.camera_meets_lamps
         if camera is None or isinstance(camera, bool):
             if some if camera else every:
-                for part in self._lamps:
-                    yield from part.hits(o, d, t, bool(camera))
+                yield from self._met(o, d, t, bool(camera), place)
             return
         for of_camera, wanted in ((True, some), (False, every)):
             lanes = np.flatnonzero(camera if of_camera else ~camera) if wanted else NO_LANES
             if not lanes.size:
                 continue
             subset = o.take(lanes, axis=1), d.take(lanes, axis=1), t.take(lanes)
-            for part in self._lamps:
-                for hits in part.hits(*subset, of_camera):
-                    yield hits._replace(lanes=lanes.take(hits.lanes))
+            there = None if place is None else place.take(lanes)
+            for hits in self._met(*subset, of_camera, there):
+                yield hits._replace(lanes=lanes.take(hits.lanes))
+
+    def _met(self, o: Float32, d: Float32, t: Float32, of_camera: bool, place: Places) -> Iterator[Hits]:
+        """What camera rays, or all others, meet of all lamps."""
+        for part, first in zip(self._lamps, self._first, strict=False):
+            if self._crowd is None or not part.boxed:
+                for row, hits in zip(part.rows(of_camera), part.hits(o, d, t, of_camera), strict=True):
+                    yield self._here(hits, int(first) + row, place)
+        if self._crowd is not None:
+            for number, hits in self._crowd.hits(o, d, t, of_camera):
+                yield self._here(hits, number, place)
+
+    def _here(self, hits: Hits, number: int | Index, place: Places) -> Hits:
+        """The same with the density of a choice by place."""
+        if self.by_place is None or place is None or not hits.lanes.size:
+            return hits
+        ratio = self.by_place.ratio(place.take(hits.lanes), np.broadcast_to(number, hits.lanes.shape))
+        return hits._replace(pdf=hits.pdf * ratio)
 
 
 def _resolve(data: LightData, factor: Float64, shader: LampShader | None, origin: Float64) -> Lamp:

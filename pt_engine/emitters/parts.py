@@ -70,6 +70,7 @@ class LampPart:
         self.camera = tuple(self.sized and bool(x.data.visibility & Visibility.CAMERA) for x in lamps)
         self._shadowless = not data.cast_shadow
         self._shaders = [lamp.shader for lamp in lamps if lamp.shader is not None]  # of all, or of none
+        self.boxed = self.sized and data.kind != "SUN" and not self._shaders  # `crowd` may look for them
 
     def sample(self, row: Index | None, p: Float32, u: Float32, v: Float32) -> Draw:
         """Draw from lamp `row[lane]`, or from the only one."""
@@ -82,13 +83,16 @@ class LampPart:
 
     def hits(self, o: Float32, d: Float32, t: Float32, of_camera: bool) -> Iterator[Hits]:
         """What camera rays, or all others, meet of each lamp."""
-        for row in range(self.count):
-            if self.camera[row] if of_camera else not self.delta:
-                hits = self.kind.hits(row, o, d, t)
-                if self._shaders and hits.lanes.size:
-                    met = o.take(hits.lanes, axis=1), d.take(hits.lanes, axis=1)
-                    hits = hits._replace(radiance=hits.radiance * self._shaders[row].factor(*met))
-                yield hits
+        for row in self.rows(of_camera):
+            hits = self.kind.hits(row, o, d, t)
+            if self._shaders and hits.lanes.size:
+                met = o.take(hits.lanes, axis=1), d.take(hits.lanes, axis=1)
+                hits = hits._replace(radiance=hits.radiance * self._shaders[row].factor(*met))
+            yield hits
+
+    def rows(self, of_camera: bool) -> list[int]:
+        """The lamps that camera rays, or all others, may meet."""
+        return [row for row in range(self.count) if (self.camera[row] if of_camera else not self.delta)]
 
 
 def lamp_parts(lamps: Sequence[Lamp], chance: Float64) -> list[LampPart]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..core.frames import frame
 from ..core.vectors import dot
-from .base import NO_HITS, TINY, Draw, Float32, Float64, Hits, Index, Lamp, at, columns, one, scalars
+from .base import NO_HITS, TINY, Draw, Float32, Float64, Hits, Index, Lamp, at, columns, of_met, one, scalars
 
 TWO_PI = float(2.0 * np.pi)
 
@@ -72,7 +72,7 @@ class DeltaPoints(Points):
         pdf[:] = at(self._chance, row)
         return Draw(wo, squared * inverse, at(self._weight, row) * falloff, pdf)
 
-    def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
+    def hits(self, row: int | Index, o: Float32, d: Float32, t: Float32) -> Hits:
         """No ray meets a point."""
         return NO_HITS
 
@@ -114,13 +114,13 @@ class SphereLamps(Points):
         solid: Float32 = TWO_PI * cone.one_minus_cos
         return Draw(wo, t, at(self._weight, row) * solid, at(self._chance, row) / solid)
 
-    def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
+    def hits(self, row: int | Index, o: Float32, d: Float32, t: Float32) -> Hits:
         """The near side from outside, the far side from inside."""
         lanes, cone = self._meet(row, o, d, t)
-        radiance = np.repeat(one(self._strength, row), lanes.size, axis=1)
-        return Hits(lanes, radiance, self._chance[row] / (TWO_PI * cone.one_minus_cos))
+        chance = of_met(self._chance, row, lanes)
+        return Hits(lanes, of_met(self._strength, row, lanes), chance / (TWO_PI * cone.one_minus_cos))
 
-    def _meet(self, row: int, o: Float32, d: Float32, t: Float32) -> tuple[Index, Cone]:
+    def _meet(self, row: int | Index, o: Float32, d: Float32, t: Float32) -> tuple[Index, Cone]:
         """Lanes that meet the sphere before t, and its cone from their origins."""
         to_centre = one(self._centre, row) - o
         along = dot(to_centre, d)
@@ -128,7 +128,7 @@ class SphereLamps(Points):
         radius_squared = one(self._radius_squared, row)
         discriminant = radius_squared - dot(off, off)
         lanes = np.flatnonzero(discriminant >= 0.0)
-        cone = self._cone(to_centre.take(lanes, axis=1), radius_squared)
+        cone = self._cone(to_centre.take(lanes, axis=1), of_met(self._radius_squared, row, lanes))
         s = along.take(lanes) + (2.0 * cone.inside - 1.0) * np.sqrt(discriminant.take(lanes))
         keep = np.flatnonzero((s > 0.0) & (s < t.take(lanes)))
         return lanes.take(keep), Cone(*(a.take(keep, axis=-1) for a in cone))
@@ -157,7 +157,7 @@ class DiskLamps(Points):
         pdf = at(self._chance, row) / scale
         return Draw(wo, t, at(self._weight, row) * scale, pdf)
 
-    def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
+    def hits(self, row: int | Index, o: Float32, d: Float32, t: Float32) -> Hits:
         """Where the ray crosses the plane through the centre that faces its origin."""
         to_centre = one(self._centre, row) - o
         squared = np.maximum(dot(to_centre, to_centre), 1e-18)
@@ -165,13 +165,12 @@ class DiskLamps(Points):
         along = dot(to_centre, d)
         s = squared / np.maximum(along, 1e-6 * distance)
         off = s * d - to_centre
-        seen = (dot(off, off) <= self._radius_squared[row]) & (along > 0.0) & (s < t)
+        seen = (dot(off, off) <= one(self._radius_squared, row)) & (along > 0.0) & (s < t)
         lanes = np.flatnonzero(seen)
         s = s.take(lanes)
-        area = float(np.pi) * self._radius_squared[row]
-        pdf = self._chance[row] * (s * s * s) / (area * distance.take(lanes))
-        radiance = np.repeat(one(self._strength, row), lanes.size, axis=1)
-        return Hits(lanes, radiance, pdf)
+        area = float(np.pi) * of_met(self._radius_squared, row, lanes)
+        pdf = of_met(self._chance, row, lanes) * (s * s * s) / (area * distance.take(lanes))
+        return Hits(lanes, of_met(self._strength, row, lanes), pdf)
 
 
 def around(axis: Float32, cos: Float32, sin: Float32, v: Float32) -> Float32:

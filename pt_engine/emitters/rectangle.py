@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .area import LOWEST, AreaLamps, Seen, above, see, toward
-from .base import Draw, Float32, Hits, Index, at
+from .base import Draw, Float32, Hits, Index, at, rows_met
 
 SMALL_SOLID_ANGLE = 0.01  # sr
 
@@ -131,10 +131,10 @@ class Rectangles(AreaLamps):
             omega *= self._dim(row, tan, x, y, r.height)
         return Draw(toward(axes, x, y, r.height, distance), distance, at(self._weight, row) * omega, pdf)
 
-    def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
+    def hits(self, row: int | Index, o: Float32, d: Float32, t: Float32) -> Hits:
         """Where the ray crosses the rectangle from its bright side."""
         met = self._cross(row, o, d, t)
-        only = np.array([row])
+        only = rows_met(row, met.lanes)
         tan = None if self._tan is None else at(self._tan, only)
         r, lit = self._bright_part(tan, met.seen)
         omega, _ = solid_angle(r)
@@ -144,4 +144,4 @@ class Rectangles(AreaLamps):
         if tan is not None:
             radiance *= self._dim(only, tan, met.x, met.y, r.height)
             lit &= (met.x >= r.x0) & (met.x <= r.x1) & (met.y >= r.y0) & (met.y <= r.y1)
-        return Hits(met.lanes, radiance, self._chance[row] * lit / above(omega))
+        return Hits(met.lanes, radiance, at(self._chance, only) * lit / above(omega))

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..core.vectors import dot
-from .base import Draw, Float32, Float64, Hits, Index, Lamp, at, columns, one, scalars
+from .base import Draw, Float32, Float64, Hits, Index, Lamp, at, columns, of_met, rows_met, scalars
 from .point import TWO_PI, DeltaPoints, DiskLamps, SphereLamps, around
 
 NARROWEST = 1e-12  # 1 − cos of a beam: a closed one is drawn from, too, though it brings nothing
@@ -39,10 +39,6 @@ class Beam:
         s: Float32 = (z - at(self._cos_half, row)) * at(self._steepness, row)
         s = np.clip(s, 0.0, 1.0)
         return s * s * (3.0 - 2.0 * s)
-
-    def of(self, row: int, d: Float32) -> Float32:
-        """(N,) attenuation of lamp `row` toward −d."""
-        return self(np.full(d.shape[1], row, np.intp), d)
 
 
 class DeltaSpots(DeltaPoints):
@@ -70,10 +66,12 @@ class DiskSpots(DiskLamps):
         draw = super().sample(row, p, u, v)
         return draw._replace(weight=draw.weight * self._beam(row, draw.wo))
 
-    def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
+    def hits(self, row: int | Index, o: Float32, d: Float32, t: Float32) -> Hits:
         """As the point lamp, dimmed."""
         hits = super().hits(row, o, d, t)
-        return hits._replace(radiance=hits.radiance * self._beam.of(row, d.take(hits.lanes, axis=1)))
+        return hits._replace(
+            radiance=hits.radiance * self._beam(rows_met(row, hits.lanes), d.take(hits.lanes, axis=1))
+        )
 
 
 def widest(lamp: Lamp) -> float:
@@ -116,13 +114,15 @@ class SphereSpots(SphereLamps):
         pdf = at(self._chance, row) / solid * met
         return Draw(wo, np.maximum(t, 0.0), at(self._weight, row) * shine, pdf)
 
-    def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
+    def hits(self, row: int | Index, o: Float32, d: Float32, t: Float32) -> Hits:
         """As a sphere, dimmed but from inside."""
         lanes, cone = self._meet(row, o, d, t)
         d = d.take(lanes, axis=1)
-        beam = np.maximum(self._beam.of(row, d), cone.inside)
-        by_sphere = cone.one_minus_cos <= self._widest[row] + 2.0 * cone.inside
-        solid: Float32 = TWO_PI * np.minimum(cone.one_minus_cos, self._widest[row] + 2.0 * cone.inside)
-        off = d - one(self._toward, row)  # |d − w|² = 2(1 − cos) keeps its digits
-        drawn = by_sphere | (dot(off, off) <= 2.0 * self._widest[row])
-        return Hits(lanes, one(self._strength, row) * beam, self._chance[row] / solid * drawn)
+        beam = np.maximum(self._beam(rows_met(row, lanes), d), cone.inside)
+        widest = of_met(self._widest, row, lanes)
+        by_sphere = cone.one_minus_cos <= widest + 2.0 * cone.inside
+        solid: Float32 = np.float32(TWO_PI) * np.minimum(cone.one_minus_cos, widest + 2.0 * cone.inside)
+        off = d - of_met(self._toward, row, lanes)  # |d − w|² = 2(1 − cos) keeps its digits
+        drawn = by_sphere | (dot(off, off) <= 2.0 * widest)
+        radiance = of_met(self._strength, row, lanes) * beam
+        return Hits(lanes, radiance, of_met(self._chance, row, lanes) / solid * drawn)

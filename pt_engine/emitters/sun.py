@@ -16,7 +16,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .base import FAR, NO_HITS, Draw, Float32, Float64, Hits, Index, Lamp, at, columns, one, scalars, unit
+from .base import FAR, NO_HITS, Draw, Float32, Float64, Hits, Index, Lamp, at, columns, of_met, scalars, unit
 
 TWO_PI = float(2.0 * np.pi)
 
@@ -48,7 +48,7 @@ class DeltaSuns:
         wo[:], weight[:], pdf[:] = at(self._toward, row), at(self._weight, row), at(self._chance, row)
         return Draw(wo, np.full(u.shape, FAR, np.float32), weight, pdf)
 
-    def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
+    def hits(self, row: int | Index, o: Float32, d: Float32, t: Float32) -> Hits:
         """No ray meets a direction."""
         return NO_HITS
 
@@ -83,10 +83,9 @@ class DiscSuns:
         weight[:], pdf[:] = at(self._weight, row), at(self._pdf, row)
         return Draw(wo, np.full(u.shape, FAR, np.float32), weight, pdf)
 
-    def hits(self, row: int, o: Float32, d: Float32, t: Float32) -> Hits:
+    def hits(self, row: int | Index, o: Float32, d: Float32, t: Float32) -> Hits:
         """Rays that leave the scene through the disc; 1 − cos = |d − w|² / 2 keeps its digits."""
         w = self._toward[:, row]
         x, y, z = d[0] - w[0], d[1] - w[1], d[2] - w[2]
         lanes = np.flatnonzero((x * x + y * y + z * z <= 2.0 * self._one_minus_cos[row]) & (t >= FAR))
-        pdf = np.full(lanes.size, self._pdf[row], np.float32)
-        return Hits(lanes, np.repeat(one(self._radiance, row), lanes.size, axis=1), pdf)
+        return Hits(lanes, of_met(self._radiance, row, lanes), of_met(self._pdf, row, lanes))

@@ -113,6 +113,8 @@ class Batch:
     has_bsdf, has_emission, has_transparency, has_holdout : bool
     has_portal : bool
         Whether some closure makes rays leave elsewhere.
+    transmits : bool
+        Whether light that comes from behind is scattered to the front.
     delta_only : bool
         Whether no closure is anything but a Dirac lobe (emitter sampling is then futile).
     kinds : tuple of str
@@ -138,6 +140,7 @@ class Batch:
         self.has_emission, self.has_transparency, self.has_holdout = (root >= 0 for root in others)
         self.delta_only = self.has_bsdf and all(s.dirac for s in plan.closures)
         self.has_portal = any(getattr(module, "LEADS_AWAY", False) for module in self._modules)
+        self.transmits = any(getattr(module, "TRANSMITS", False) for module in self._modules)
         self._bends = any(s.normal >= 0 for s in plan.closures)
         self.kinds = tuple(s.bsdf for s in plan.closures)
         entries = [self.closure_entry, self.emission_entry, self.transparency_entry, self.holdout_entry]

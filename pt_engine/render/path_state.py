@@ -23,7 +23,7 @@ Int32 = NDArray[np.int32]
 
 
 TINY = np.float32(1e-30)
-HISTORY = ("kind", "depth", "passed", "travelled")
+HISTORY = ("kind", "depth", "passed", "travelled", "place", "place_here")
 
 
 def mis(pdf: Float32, other: Float32) -> Float32:
@@ -56,6 +56,8 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         Distance since the last real bounce, through transparent surfaces.
     kind, depth, passed : (N,) int32
         `RayKind` bits; real bounces and transparent surfaces so far.
+    place, place_here : (N,) int32
+        `LightSample.place` of the last real bounce, and of the surface where the path is now.
     radius, spread : (N,) float32, or None
         Of the ray's cone where the last segment began, where it is tracked: Cycles' compact ray
         differentials (Igehy 1999). No bounce changes how it widens.
@@ -122,6 +124,19 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     @property
     def travelled(self) -> Float32:
         return self._column("travelled")
+
+    @property
+    def place(self) -> Int32:
+        return self._column("place")
+
+    def places(self, lanes: NDArray[np.intp] | slice) -> Int32 | None:
+        """`place` of some lanes; None where it is not tracked, for then nobody asks."""
+        return self.place[lanes] if self._history is not None else None
+
+    def chooses_light_at(self, place: Int32 | None) -> None:
+        """Note where the first lanes, those that sample an emitter, are; None where that does not matter."""
+        if self._history is not None and place is not None:
+            self._history["place_here"][: len(place)] = place
 
     @property
     def radius(self) -> Float32 | None:
@@ -207,6 +222,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
             self._history["kind"] = KIND_OF_LOBE.take(to.lobe)
             self._history["depth"] = self._history["depth"] + 1
             self._history["travelled"] = np.zeros(self.size, np.float32)
+            self._history["place"] = self._history["place_here"].copy()
             if "radius" in self._history:
                 self._history["radius"] = self._history["radius"] + self._history["spread"] * si.t
             if "sharpness" in self._history:
@@ -230,7 +246,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         rays = self.scatter(si, to)
         self.pdf[passing], self.kind[passing] = before.pdf, before.kind
         self.depth[passing], self.passed[passing] = before.depth, before.passed + 1
-        self.travelled[passing] = travelled
+        self.travelled[passing], self.place[passing] = travelled, before.place
         for name in DEPTH_OF_LOBE.keys() & (self._history or {}).keys():
             getattr(self, name)[passing] = getattr(before, name)
         if scene.has_portals:  # no emitter sample reaches through them

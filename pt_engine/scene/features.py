@@ -33,6 +33,10 @@ def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[s
             "emission is constant on each material",
         ),
         "light choice": (scene.lights.power.size > 1, "there are fewer than two emitters"),
+        "light choice by place": (
+            scene.lights.by_place is not None,
+            "few emitters are in the scene's own space",
+        ),
         "shading normals": (bool(geometry.surface_smooth.any()), "every face is flat"),
         "transparent surfaces": (scene.transparent_surfaces, "no visible material is transparent"),
         "transparent film": (film_transparent, "the sky is part of the image"),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..cameras import make_camera
 from ..core.view import View
 from ..emitters.lights import Lights
+from ..emitters.many import Surfaces
 from ..emitters.triangle import TriangleEmitters
 from ..nodes.compile import Materials, compile_materials
 from ..nodes.coverage import IGNORED, Coverage
@@ -78,6 +79,7 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
             LampShader(program.batch, lamp, geometry.origin, geometry.radius, view) if program.batch else None
             for program, lamp in zip(lamp_programs, snapshot.lights, strict=True)
         ],
+        surfaces=to_light(geometry, materials),
     )
     geometry.release()
     layers = shading_layers(snapshot, geometry, materials.needs)
@@ -121,6 +123,12 @@ def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32,
 def view_of(camera: CameraData) -> View:
     """The camera's space and image."""
     return View(camera.kind, camera.matrix, camera.frame, camera.panorama, camera.fisheye_polynomial)
+
+
+def to_light(geometry: Geometry, materials: Materials) -> Surfaces:
+    """What the choice among many emitters depends on."""
+    opaque = not any(batch.transmits for batch in materials.batches)
+    return Surfaces(geometry.vertices, geometry.triangles, opaque, Accel)
 
 
 def shading_layers(

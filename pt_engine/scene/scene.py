@@ -196,7 +196,8 @@ class Scene:
         reads_path = bool(needs & {"ray_kind", "depth", "transparent_depth"} or self.tracked_depths)
         # without these, nobody asks what became of a path before
         self.extra_history = needs & {"footprint", "sharpness"}
-        self.tracks_history = self.transparent_surfaces or reads_path or bool(self.extra_history)
+        asks = reads_path or bool(self.extra_history) or self.lights.by_place is not None
+        self.tracks_history = self.transparent_surfaces or asks
         self._looks_around = "traced" in needs
 
     def layer(self, kind: str, name: str) -> Layer:
@@ -244,7 +245,7 @@ class Scene:
                 d = rays.d.take(escaped, axis=1)
                 o = rays.o.take(escaped, axis=1) + self.origin32 if self.view.kind == "ORTHO" else None
                 sky = self.world.emission(SkyLanes(d, self._came(path, escaped), self.view, o))
-                yield Found(escaped, sky, self.lights.environment_pdf(d), "sky")
+                yield Found(escaped, sky, self.lights.environment_pdf(d, path.places(escaped)), "sky")
         if self.lights.description.meets_lamps or self.lights.description.camera_meets_lamps:
             yield from self._lamp_emission(rays, found, path)
         if self.holds_out:  # after the lamps before a holdout, ahead of what it covers
@@ -271,7 +272,7 @@ class Scene:
 
     def _surface_emission(self, lit: NDArray[np.intp], hit: Surface, path: PathState) -> Found:
         distance = hit.t + path.travelled.take(lit) if self.transparent_surfaces else hit.t
-        pdf = self.lights.pdf_triangle(hit.emitter, distance, np.abs(hit.facing))
+        pdf = self.lights.pdf_triangle(hit.emitter, distance, np.abs(hit.facing), path.places(lit))
         return Found(lit, self._radiance(hit, path, lit), pdf, "surface")
 
     def _radiance(self, hit: Surface, path: PathState, lanes: NDArray[np.intp]) -> Float32:
@@ -310,12 +311,13 @@ class Scene:
         seen = (path.kind & RayKind.CAMERA) != 0
         if not self.transparent_surfaces:
             camera: bool | NDArray[np.bool_] = bool(seen[:1].any())  # all lanes are of one generation
-            yield from starmap(Found, self.lights.intersect(rays.o, rays.d, t, camera))
+            met = self.lights.intersect(rays.o, rays.d, t, camera, path.places(slice(None)))
+            yield from starmap(Found, met)
             return
         # densities count from the last real bounce, but only what lies beyond the surfaces passed is new
         back = path.travelled
-        for lanes, radiance, pdf in self.lights.intersect(rays.o - back * rays.d, rays.d, t + back, seen):
-            yield Found(lanes, radiance, pdf)
+        o = rays.o - back * rays.d
+        yield from starmap(Found, self.lights.intersect(o, rays.d, t + back, seen, path.place))
 
     def shading_normal(self, rays: Rays, found: Intersection) -> Float32:
         """(3, N) unit shading normals on the viewer's side; 0 where a ray has missed."""
@@ -348,6 +350,7 @@ class Scene:
     def sample_emitter(self, si: Surface, u: Uniforms, path: PathState) -> LightSample:
         """One emitter and a point on it per lane; the weight is Le/pdf."""
         light = self.lights.sample(si.p, si.ng, u)
+        path.chooses_light_at(light.place)
         if len(light.varying):
             light.weight[:, light.varying] *= self._radiance_at(light, si, path)
         return light

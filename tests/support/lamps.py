@@ -99,6 +99,13 @@ def up(n):
     return points(n, (0.0, 0.0, 1.0))
 
 
+def floor(half=3.0):
+    """Two triangles of a square at the origin: vertices, triangles."""
+    vertices = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], np.float32)
+    vertices *= half
+    return vertices, np.array([(0, 1, 2), (0, 2, 3)], np.int32)
+
+
 def meet_triangles(emitters, o, d):
     """All (lane, triangle, t, |cos|) of rays with triangles, in float64."""
     o, d = o.astype(np.float64), d.astype(np.float64)
