@@ -26,6 +26,7 @@ from ..core.vectors import cross, dot, mean3, normalize
 from . import fresnel
 from .base import BSDFSample, Float32, Lobe, UInt8
 
+TRANSMITS = True
 PI = float(np.pi)
 ONE = np.float32(1.0)
 LOBES = 4

@@ -15,6 +15,7 @@ from .base import BSDFSample, Float32, Lobe
 from .hair_lobe import HALF_PI, Params, albedo
 
 SPECULAR = True
+TRANSMITS = True
 
 __all__ = ["Params", "albedo", "eval_pdf", "sample"]
 

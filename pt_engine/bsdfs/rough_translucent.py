@@ -9,6 +9,8 @@ from .base import BSDFSample, Float32, Lobe
 from .oren_nayar import Params, albedo
 from .thin_transmission import across
 
+TRANSMITS = True
+
 __all__ = ["Params", "albedo", "eval_pdf", "sample"]
 
 

@@ -17,6 +17,7 @@ from .base import BSDFSample, Float32, Lobe
 from .microfacet import GGX
 
 SPECULAR = True
+TRANSMITS = True
 WHITE = np.ones((1, 1), np.float32)
 
 

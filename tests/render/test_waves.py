@@ -54,7 +54,7 @@ def test_joined_waves_keep_every_path(tracked):
         ray.tfar[~lives[span]] = -1
         if tracked:
             for name in HISTORY:
-                getattr(path, name)[:] = np.arange(n)[span]
+                path._history[name][:] = np.arange(n)[span]
     (only,) = front.joined(waves)
     np.testing.assert_array_equal(only.path.slot, np.flatnonzero(lives))
     np.testing.assert_array_equal(only.path.random.view(np.uint32), state[:, lives])
@@ -62,7 +62,7 @@ def test_joined_waves_keep_every_path(tracked):
     np.testing.assert_array_equal(only.rays.d, rays.d[:, lives])
     if tracked:
         for name in HISTORY:
-            np.testing.assert_array_equal(getattr(only.path, name), np.flatnonzero(lives))
+            np.testing.assert_array_equal(only.path._history[name], np.flatnonzero(lives))
     np.testing.assert_array_equal(front.finish([only]), expected)
 
 
