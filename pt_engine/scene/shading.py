@@ -195,7 +195,7 @@ class SliceBSDF:
         np.multiply(s.weight, closure.weight, out=out.weight)
         if self.bent:
             np.multiply(out.weight, self._same_side(out.wo, cos_o) | _passes(s.lobe), out=out.weight)
-            out.weight[:] *= self._shadow(0, out.wo)
+            out.weight[:] *= np.maximum(self._shadow(0, out.wo), _passes(s.lobe))  # portals have no bumps
         out.lobe[:] = s.lobe
         out.pdf[:] = s.pdf
         _mark_dirac(out)

@@ -6,8 +6,6 @@ import pytest
 bpy = pytest.importorskip("bpy")
 from support.seen_nodes import EXACT, build, case, compare  # noqa: E402
 
-pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="the nodes follow Cycles 5")
-
 PROPERTY = {  # data type: property to set, components, made from uniforms u
     "FLOAT": ("value", 1, lambda u: u * 2 - 0.5),
     "INT": ("value", 1, lambda u: (u * 7).astype(np.int32) - 3),

@@ -15,7 +15,6 @@ from pt_engine.scene.arrivals import Arrivals  # noqa: E402
 from pt_engine.scene.prepare import view_of  # noqa: E402
 from pt_engine.scene.sky_lanes import SkyLanes  # noqa: E402
 
-pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="the nodes follow Cycles 5")
 SPACES = ("WORLD", "OBJECT", "CAMERA")
 PANORAMAS = [
     "EQUIRECTANGULAR",

@@ -11,8 +11,6 @@ import pytest
 bpy = pytest.importorskip("bpy")
 from support import lit_faces  # noqa: E402
 
-pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="Cycles 4.5 has other toon edges")
-
 PHONG = "ASHIKHMIN_SHIRLEY"
 STRETCHED = {"Rotation": 0.1, "Tangent": (0.5, 0.3, 0.1)}
 COLOR = (0.9, 0.5, 0.2)

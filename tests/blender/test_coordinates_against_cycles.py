@@ -5,8 +5,6 @@ import pytest
 bpy = pytest.importorskip("bpy")
 from support.seen_nodes import build, case, compare  # noqa: E402
 
-pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="the nodes follow Cycles 5")
-
 UV = ("TexCoord", "UV")
 CASES = [
     *(case("TexCoord", o) for o in ("Generated", "Normal", "UV", "Object", "Reflection")),

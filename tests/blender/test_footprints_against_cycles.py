@@ -13,7 +13,6 @@ bpy = pytest.importorskip("bpy")
 from support.bpy_scenes import add, empty_scene, mesh  # noqa: E402
 from support.cycles import by_cycles, by_engine  # noqa: E402
 
-pytestmark = pytest.mark.skipif(bpy.app.version < (5, 2, 0), reason="what Cycles 5.2 does is asserted")
 SIZE = (48, 48)
 
 

@@ -6,9 +6,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 import bmesh  # noqa: E402  (bpy brings it along)
 from support.bpy_scenes import add, cube  # noqa: E402
-from support.seen_nodes import build, case, compare  # noqa: E402
-
-pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="the nodes follow Cycles 5")
+from support.seen_nodes import build, case, compare, since_5  # noqa: E402
 
 
 def torn(data):
@@ -59,13 +57,17 @@ CASES = [
     *(case("Wireframe", "Fac", links={"Size": size}) for size in (0.02, 0.1)),
     *(case("Wireframe", "Fac", links={"Size": size}, use_pixel_size=True) for size in (1.0, 3.0)),
     *(case("Tangent", "Tangent", direction_type="UV_MAP", uv_map=name) for name in ("", "UVMap", "missing")),
-    *(case("NormalMap", "Normal", links=BENT, uv_map=name) for name in ("", "UVMap", "missing")),
-    case("NormalMap", "Normal", links=BENT | {"Strength": 1.6}),
-    case("NormalMap", "Normal", links=BENT, convention="DIRECTX"),
-    *(case("NormalMap", "Normal", links=BENT, base=base) for base in ("ORIGINAL", "DISPLACED")),
+    *since_5(
+        "Cycles 4.5 shades in other tangent spaces",
+        *(case("NormalMap", "Normal", links=BENT, uv_map=name) for name in ("", "UVMap", "missing")),
+        case("NormalMap", "Normal", links=BENT | {"Strength": 1.6}),
+        case("NormalMap", "Normal", links=BENT, convention="DIRECTX"),
+        *(case("NormalMap", "Normal", links=BENT, base=base) for base in ("ORIGINAL", "DISPLACED")),
+        case("Attribute", "Vector", attribute_name="UVMap.tangent_sign"),
+        case("Attribute", "Fac", attribute_name="tangent_sign"),
+    ),
     *(case("Attribute", o, attribute_name="tangent") for o in ("Vector", "Fac", "Alpha")),
-    *(case("Attribute", "Vector", attribute_name=f"UVMap.{name}") for name in ("tangent", "tangent_sign")),
-    case("Attribute", "Fac", attribute_name="tangent_sign"),
+    case("Attribute", "Vector", attribute_name="UVMap.tangent"),
 ]
 
 

@@ -6,7 +6,6 @@ bpy = pytest.importorskip("bpy")
 from support.bpy_scenes import add, cube  # noqa: E402
 from support.seen_nodes import build, case, compare  # noqa: E402
 
-pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="the nodes follow Cycles 5")
 EDGE = 0.06  # the instances are small: more of their pixels lie on edges
 NUMBERS = ("Index", "Random", "Age", "Lifetime", "Size")
 VECTORS = ("Location", "Velocity", "Angular Velocity")

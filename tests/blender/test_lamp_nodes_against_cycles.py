@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
-from support.bpy_nodes import with_nodes  # noqa: E402
+from support.bpy_nodes import BLENDER_5, with_nodes  # noqa: E402
 from support.bpy_scenes import export  # noqa: E402
 from support.lamp_planes import cycles, hang, ours, plane_under_a_camera  # noqa: E402
 
 from pt_engine.scene.prepare import prepare  # noqa: E402
-
-pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="lamps' uv are those of Blender 5")
 
 AREA = {"type": "AREA", "energy": 100.0, "shape": "RECTANGLE", "size": 1.5, "size_y": 0.7}
 BALL = {"type": "POINT", "energy": 100.0, "shadow_soft_size": 0.4, "use_soft_falloff": False}
@@ -101,6 +99,8 @@ CASES = {
 def test_lamp_with_nodes(name, tmp_path):
     """The image's mean within 5 standard errors and 3e-4; every pixel within 6 and 1e-3 of the mean."""
     settings, build = CASES[name]
+    if build is luminaire and not BLENDER_5:
+        pytest.skip("luminaires are those of Cycles 5: in 4.5 their values lie up to 3 % lower")
     scene = plane_under_a_camera()
     hang(scene, settings)
     tree = with_nodes(bpy.data.lights["lamp"])

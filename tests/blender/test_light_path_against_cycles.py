@@ -9,7 +9,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 from support import camera_view  # noqa: E402
-from support.bpy_nodes import with_nodes  # noqa: E402
+from support.bpy_nodes import BLENDER_5, with_nodes  # noqa: E402
 from support.bpy_scenes import add, empty_scene, export, mesh  # noqa: E402
 
 from pt_engine.render import integrators  # noqa: E402, F401  (fills the registry)
@@ -17,9 +17,9 @@ from pt_engine.render.progressive import render  # noqa: E402
 from pt_engine.render.settings import RenderSettings  # noqa: E402
 from pt_engine.scene.prepare import prepare  # noqa: E402
 
-pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="the nodes follow Cycles 5")
 KINDS = ("Camera", "Shadow", "Diffuse", "Glossy", "Singular", "Reflection", "Transmission", "Volume Scatter")
-DEPTHS = ("Ray", "Diffuse", "Glossy", "Transmission", "Transparent", "Portal")
+PORTAL = ["Portal"] if BLENDER_5 else []  # 4.5 has no such output
+DEPTHS = ("Ray", "Diffuse", "Glossy", "Transmission", "Transparent", *PORTAL)
 OUTPUTS = [*(f"Is {kind} Ray" for kind in KINDS), *(f"{kind} Depth" for kind in DEPTHS)]
 FLOORS = {
     "diffuse": ("BsdfDiffuse", {}),

@@ -9,7 +9,6 @@ from support.bpy_scenes import add, empty_scene, mesh  # noqa: E402
 from support.cycles import by_cycles, by_engine  # noqa: E402
 from support.lit_faces import constant  # noqa: E402
 
-pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="as in Cycles 5.2")
 SIZE = (8, 4)
 
 

@@ -50,6 +50,15 @@ def test_rays_go_on_elsewhere(integrator):
     np.testing.assert_allclose(image[..., :3], np.broadcast_to([0.5, 1.0, 1.0], (2, 2, 3)), rtol=1e-6)
 
 
+def test_a_portal_is_no_bumped_surface():
+    """A sheet askew to the axes, which are the portal's frame, changes nothing of a sky of radiance 1."""
+    askew = np.eye(4)
+    askew[:3, :3] = [[2 / 3, -1 / 3, 2 / 3], [2 / 3, 2 / 3, -1 / 3], [-1 / 3, 2 / 3, 2 / 3]]
+    for turn in (askew, askew @ np.diag([1, -1, -1, 1])):
+        image = looking_down([(make.quad(8.0), turn, portal())], sky=make.world(1.0)).image()
+        np.testing.assert_allclose(image[..., :3], 1.0, rtol=1e-6)
+
+
 def test_rays_go_on_in_another_direction():
     """To the right: a sheet that stands there at a right angle. The direction's length does not matter."""
     side = make.translation(5, 0, 0) @ np.array([[0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1.0]])

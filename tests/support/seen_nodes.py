@@ -78,6 +78,12 @@ def case(kind, output, share=EDGES, tolerance=EXACT, links=None, **settings):
     return pytest.param(Case(kind, output, settings, links or {}, share, tolerance), id=label)
 
 
+def since_5(reason, *cases):
+    """Cases that Blender 4.5 is not asked."""
+    mark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason=reason)
+    return [pytest.param(*c.values, id=c.id, marks=mark) for c in cases]
+
+
 def picture():
     """A small byte image with structure in every channel."""
     image = bpy.data.images.get("Picture")

@@ -46,6 +46,7 @@ class Dicing:
         rate = "preview_dicing_rate" if depsgraph.mode == "VIEWPORT" else "dicing_rate"
         self.rate = getattr(settings, rate, 1.0)
         self.offscreen = getattr(settings, "offscreen_dicing_scale", 4.0)
+        self.experimental = getattr(settings, "feature_set", "") == "EXPERIMENTAL"
         other = getattr(settings, "dicing_camera", None)
         self.camera = camera if other is None else other.evaluated_get(depsgraph)
         self.render, self.size, self.unsupported = scene.render, size, unsupported
@@ -61,7 +62,7 @@ class Dicing:
 
     def dice(self, owner, mesh: MeshData, matrix) -> MeshData:
         """A mesh of `owner`, diced where its last modifier says so."""
-        how = adaptive(owner, self.shown)
+        how = adaptive(owner, self.shown, self.experimental)
         if how is None:
             return mesh
         matrix = np.array(matrix, np.float64)
@@ -79,10 +80,11 @@ class Dicing:
         return diced
 
 
-def adaptive(owner, shown: str) -> Adaptive | None:
+def adaptive(owner, shown: str, experimental: bool) -> Adaptive | None:
     """The settings of an evaluated object's adaptive subdivision, None where it has none.
 
-    It must be the last of the modifiers that are on (`shown` names the switch).
+    It must be the last of the modifiers that are on (`shown` names the switch). Blender 4.5 has its own
+    switch on the object, which counts with Cycles' experimental features only.
     """
     last = next(reversed([m for m in owner.modifiers if getattr(m, shown)]), None)
     if last is None or last.type != "SUBSURF":
@@ -94,7 +96,7 @@ def adaptive(owner, shown: str) -> Adaptive | None:
         in_pixels = last.adaptive_space == "PIXEL"
         rate = last.adaptive_pixel_size if in_pixels else last.adaptive_object_edge_length
         return Adaptive(rate, in_pixels, curved)
-    settings = getattr(owner, "cycles", None)  # Blender 4.5 has the switch on the object
-    if getattr(settings, "use_adaptive_subdivision", False):
+    settings = getattr(owner, "cycles", None)
+    if experimental and getattr(settings, "use_adaptive_subdivision", False):
         return Adaptive(settings.dicing_rate, True, curved)
     return None
