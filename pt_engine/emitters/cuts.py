@@ -16,6 +16,8 @@ the tree for each lane (820 ns), 0.5 by place (75 ns).
 
 from __future__ import annotations
 
+from threading import Lock
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -74,7 +76,14 @@ class LocalChoice:
         self._within_far[far_numbers] = within
         self._per_chance: Float32 = (1.0 / np.maximum(chance, 1e-300)).astype(np.float32)
         self._group_weight = np.maximum(self._tree.weight, 1e-300)
-        self._make_tables()
+        self._lock, self._ready = Lock(), False
+
+    def make_ready(self) -> None:
+        """Make the tables, once, whichever thread asks first: a second for many lights, so not before."""
+        with self._lock:
+            if not self._ready:
+                self._make_tables()
+                self._ready = True
 
     # ------------------------------------------------------------------ draws and probabilities
 
@@ -84,6 +93,7 @@ class LocalChoice:
 
     def sample(self, place: Int32, u: Float32) -> tuple[Int32, Float32]:
         """(N,) emitter for each place, and its probability over that by power alone."""
+        self.make_ready()
         length = self.length
         first = place.astype(np.int64) * length
         entry, rest = self._tables.sample(first, length, u)
@@ -103,6 +113,7 @@ class LocalChoice:
 
     def ratio(self, place: Int32, emitter: NDArray[np.integer]) -> Float32:
         """(N,) probability of `emitter` (N,) from places (N,), over that by power alone."""
+        self.make_ready()
         leaf = self._place_in_tree.take(emitter, mode="clip")
         first = place.astype(np.int64) * self.length
         entry = np.zeros(len(leaf), np.int64)

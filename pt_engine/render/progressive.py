@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from ..core.memory import kept_buffers
 from ..core.samplers import SAMPLERS
+from ..scene.prepare import finish
 from ..scene.scene import Scene
 from .film import Film
 from .integrator import INTEGRATORS
@@ -125,6 +126,7 @@ def render(
     positive = only_positive(scene, integrator)
     film = Film(x1 - x0, y1 - y0, key=film_key(settings), order=order, reject_negative=positive)
     worker = Worker(scene, settings, integrator, SAMPLERS[settings.sampler](settings.seed))
+    finish(scene)
     progress = Progress(film, settings, time.perf_counter())
     threads = settings.threads or os.cpu_count() or 1
     with kept_buffers():

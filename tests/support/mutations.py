@@ -123,8 +123,8 @@ MUTATIONS = (
     Mutation(
         "a ball of light found with half its density",
         "emitters/point.py",
-        "self._chance[row] / (TWO_PI * cone.one_minus_cos)",
-        "self._chance[row] / (2 * TWO_PI * cone.one_minus_cos)",
+        "chance / (TWO_PI * cone.one_minus_cos)",
+        "chance / (2 * TWO_PI * cone.one_minus_cos)",
         "tests/emitters/test_sampling.py",
     ),
     Mutation(
@@ -165,8 +165,8 @@ MUTATIONS = (
     Mutation(
         "alias tables read the wrong way round",
         "core/distributions.py",
-        "other = rest >= keep",
-        "other = rest < keep",
+        "other = rest >= keep\n    index",
+        "other = rest < keep\n    index",
         "tests/core/test_distributions.py",
     ),
     Mutation(
