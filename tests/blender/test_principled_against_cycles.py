@@ -78,7 +78,8 @@ def set_sockets(node, defaults, sockets):
 def exported_material():
     """The plane's material as the snapshot has it."""
     snapshot = export()
-    (graph,) = (m for m in snapshot.materials if any(n.kind == "BsdfPrincipled" for n in m.nodes))
+    _, *own = snapshot.materials  # the first is the default surface, a Principled too
+    (graph,) = (m for m in own if any(n.kind == "BsdfPrincipled" for n in m.nodes))
     return graph
 
 
