@@ -68,9 +68,7 @@ OWNERS = (
     (ShadedBSDF, "eval_pdf", "eval"),
     (ShadedBSDF, "sample", "bsdf"),
     (survivors.Wavefront, "advance", "bsdf"),
-    (survivors.Wavefront, "start", "generate"),
     (survivors.Wavefront, "survivors", "roulette"),
-    (survivors.Wavefront, "joined", "roulette"),
     (survivors.Wavefront, "finish", "roulette"),
     (survivors, "roulette", "roulette"),
     (Film, "add", "film"),
@@ -97,8 +95,7 @@ class Pass:
         self.worker = Worker(self.scene, self.settings, integrator, SAMPLERS[sampler](0))
         self.film = Film(frame.width, frame.height)
         order = morton_order(frame.width, frame.height)
-        settings = replace(self.settings, samples=3 * LARGEST_PASS)
-        steady = units(settings, order, integrator.waves)
+        steady = (unit for unit in units(replace(self.settings, samples=3 * LARGEST_PASS), order))
         self.units = [unit for unit in steady if LARGEST_PASS <= unit.first < 2 * LARGEST_PASS]
 
     def render(self) -> int:

@@ -31,8 +31,6 @@ class Integrator(ABC):
         Identifier on the command line; a subclass that has one is registered under it.
     label, description : str
         What the panel shows.
-    waves : int
-        How many wavefronts of `lanes` rays `sample` takes at once; it then has to divide them itself.
     signed : bool
         Whether its estimates may be below 0 by right; else such samples are dropped and reported, where
         no light of the scene is negative.
@@ -41,7 +39,6 @@ class Integrator(ABC):
     name: ClassVar[str] = ""
     label: ClassVar[str] = ""
     description: ClassVar[str] = ""
-    waves: ClassVar[int] = 1
     signed: ClassVar[bool] = False
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
@@ -53,7 +50,6 @@ class Integrator(ABC):
         self.max_depth = settings.max_depth
         self.rr_depth = settings.rr_depth
         self.transparent_depth = settings.transparent_depth
-        self.lanes = settings.lanes
 
     @abstractmethod
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:

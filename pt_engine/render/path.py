@@ -9,7 +9,8 @@ from ..scene.scene import Rays, Scene
 from .dimensions import LaneSampler
 from .integrator import Integrator
 from .next_event import next_event
-from .survivors import Wave, Wavefront
+from .path_state import PathState
+from .survivors import Wavefront
 
 Float32 = NDArray[np.float32]
 
@@ -21,44 +22,36 @@ class PathActive(Integrator):
     label = "Path, Active Lanes"
     description = "Paths of fixed depth; those that have ended leave the batch"
     roulette = False
-    waves = 2  # paths of several wavefronts go on together once few are left of each
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
-        front = Wavefront(self, scene, rays.tfar.size)  # keeps L of paths that have ended
-        waves = front.start(rays, sampler)
+        # Loop state, one column per living path: β throughput 1, L radiance 0, pdf ∞ (Dirac)
+        path = PathState.start(sampler, scene.tracks_history, scene.history(rays))
+        front = Wavefront(self, scene, path.size)  # keeps L of paths that have ended
+
         for bounce in range(self.max_depth + scene.transparent_surfaces * self.transparent_depth):
-            walked = (self.walk(scene, bounce, wave, front, sampler) for wave in waves)
-            waves = front.joined([wave for wave in walked if wave is not None])
-        return front.finish(waves)
+            found = scene.intersect(rays)
 
-    def walk(
-        self, scene: Scene, bounce: int, wave: Wave, front: Wavefront, sampler: LaneSampler
-    ) -> Wave | None:
-        """Along the rays to what they hit, and off again; None where no path goes on."""
-        # Loop state, one column per living path:
-        path, rays = wave  # β throughput, L radiance, pdf of the last direction (∞: Dirac)
-        found = scene.intersect(rays, "bounce" if bounce else "camera")
+            # ------------------------- emission: what the last direction has run into
+            for hit in scene.emission(rays, found, path):
+                path.gather(hit)
 
-        # ------------------------- emission: what the last direction has run into
-        for hit in scene.emission(rays, found, path):
-            path.gather(hit)
+            # ------------------------- the paths that go on, those of one material side by side
+            path, lanes, spans = front.survivors(path, found)
+            if path.size == 0:
+                break
+            si = scene.surface(rays, found, lanes)
+            bsdf, random = scene.shade(si, path, spans), path.sampler(sampler)
 
-        # ------------------------- the paths that go on, those of one material side by side
-        path, lanes, spans = front.survivors(path, found)
-        if path.size == 0:
-            return None
-        si = scene.surface(rays, found, lanes)
-        bsdf, random = scene.shade(si, path, spans), path.sampler(sampler)
+            # ------------------------- emitter sampling: next-event estimation
+            next_event(scene, path, si, bsdf, random.emitter(bounce), self)
 
-        # ------------------------- emitter sampling: next-event estimation
-        next_event(scene, path, si, bsdf, random.emitter(bounce), self)
+            # ------------------------- BSDF sampling: the next direction
+            scattered = bsdf.sample(random.bsdf(bounce))
 
-        # ------------------------- BSDF sampling: the next direction
-        scattered = bsdf.sample(random.bsdf(bounce))
-
-        # ------------------------- Russian roulette: unbiased, so cheap paths may end early
-        u = random.roulette(bounce) if self.roulette and bounce >= self.rr_depth - 2 else None
-        return Wave(path, front.advance(path, si, scattered, u))
+            # ------------------------- Russian roulette: unbiased, so cheap paths may end early
+            u = random.roulette(bounce) if self.roulette and bounce >= self.rr_depth - 2 else None
+            rays = front.advance(path, si, scattered, u)
+        return front.finish(path)
 
 
 class Path(PathActive):

@@ -80,20 +80,16 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
 
     @classmethod
     def start(
-        cls,
-        sampler: LaneSampler,
-        tracked: bool,
-        more: Mapping[str, NDArray[Any]] | None = None,
-        first: int = 0,
+        cls, sampler: LaneSampler, tracked: bool, more: Mapping[str, NDArray[Any]] | None = None
     ) -> PathState:
-        """The camera rays from `first` on: β = 1, L = 0, a Dirac density, since no emitter competes.
+        """Camera paths: β = 1, L = 0, and a Dirac density, since no emitter sample competes.
 
         `more` are those rows of the history that only some scenes have (`Scene.history`).
         """
         n = sampler.state.shape[1]
         path = cls.empty(n)
         path.beta[:], path.L[:] = 1, 0
-        path.slot[:], path.random[:] = np.arange(first, first + n), sampler.state.view(np.int32)
+        path.slot[:], path.random[:] = np.arange(n), sampler.state.view(np.int32)
         path.pdf = np.full(n, np.inf, np.float32)
         path.bounces, path._history = 0, None
         if tracked:
@@ -178,23 +174,6 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     def part(self, span: slice) -> PathState:
         """A view of consecutive paths."""
         return self._with_history(super().part(span), lambda row: row[span])
-
-    def going_on(self, lanes: NDArray[np.intp]) -> PathState:
-        """The paths at `lanes` between two hits, where the density is still needed."""
-        path = self.take(lanes)
-        path.pdf = self.pdf.take(lanes)
-        return path
-
-    @classmethod
-    def joined(cls, paths: list[PathState]) -> PathState:
-        """All of some paths of one generation, side by side."""
-        path = cls(np.concatenate([p.data for p in paths], axis=1))
-        path.pdf = np.concatenate([p.pdf for p in paths])
-        path.bounces, path._history = paths[0].bounces, None
-        histories = [p._history for p in paths if p._history is not None]
-        if histories:
-            path._history = {name: np.concatenate([h[name] for h in histories]) for name in histories[0]}
-        return path
 
     def _with_history(self, path: PathState, pick: Callable[[NDArray[Any]], NDArray[Any]]) -> PathState:
         path.bounces, path._history = self.bounces, None

@@ -121,8 +121,8 @@ class Recorder:
         now = {name: np.copy(x) if isinstance(x, np.ndarray) else x for name, x in numbers.items()}
         self.events.append(Event(what, now, contribution))
 
-    def intersect(self, rays: Rays, kind: str = "") -> Intersection:
-        found = self._scene.intersect(rays, kind)
+    def intersect(self, rays: Rays) -> Intersection:
+        found = self._scene.intersect(rays)
         if rays.tfar[0] > 0 and found.surface[0] == SKY:
             self.note("the ray leaves the scene")
         return found

@@ -1,8 +1,8 @@
-"""What to render in which order: units of work.
+"""What to render in which order: units of work of at most one wavefront each.
 
-A unit is a tile of pixels and a range of samples, one wavefront or a few. Passes grow from one sample, so
-that a first picture comes soon, to as many as fill a wavefront. Neither tiles nor passes change the image:
-each sample's random numbers depend on its pixel and number alone, and the film's sums are exact.
+A unit is a tile of pixels and a range of samples. Passes grow from one sample, so that a first picture
+comes soon, to as many as fill a wavefront. Neither tiles nor passes change the image: each sample's random
+numbers depend on its pixel and number alone, and the film's sums are exact.
 """
 
 from __future__ import annotations
@@ -27,18 +27,17 @@ class Unit(NamedTuple):
 LARGEST_PASS = 8  # samples: more gains nothing, and a unit of few pixels has incoherent neighbours
 
 
-def units(settings: RenderSettings, order: NDArray[np.int32], waves: int = 1) -> Iterator[Unit]:
+def units(settings: RenderSettings, order: NDArray[np.int32]) -> Iterator[Unit]:
     """Every unit of the render, pass after pass; without end where samples are unlimited.
 
-    `order` lists the pixels of the window; a unit takes a run of it, at most `waves` wavefronts long.
+    `order` lists the pixels of the window; a unit takes a run of it.
     """
-    lanes = settings.lanes * waves
     done = 0
     while settings.samples == 0 or done < settings.samples:
-        count = min(LARGEST_PASS, max(1, done), lanes)
+        count = min(LARGEST_PASS, max(1, done), settings.lanes)
         if settings.samples:
             count = min(count, settings.samples - done)
-        parts = -(-len(order) // (lanes // count))
+        parts = -(-len(order) // (settings.lanes // count))
         for pixels in np.array_split(order, max(1, parts)):
             yield Unit(pixels, settings.first_sample + done, count)
         done += count

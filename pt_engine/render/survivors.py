@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,20 +10,12 @@ from ..core.rows import scatter
 from ..scene.lanes import Surface
 from ..scene.scene import BatchNumbers, Intersection, Rays, Scene
 from ..scene.shading import Scattered
-from .dimensions import LaneSampler
 from .integrator import Integrator
 from .path_state import PathState
 
 Float32 = NDArray[np.float32]
 Spans = list[tuple[int, slice]]
 RR_LEAST, RR_LIMIT = np.float32(0.01), np.float32(0.95)  # no path is lost for good, and none immortal
-
-
-class Wave(NamedTuple):
-    """Paths of one generation, and the rays that they send next; a path whose ray is off has ended."""
-
-    path: PathState
-    rays: Rays
 
 
 class Wavefront:
@@ -43,38 +33,6 @@ class Wavefront:
     def __init__(self, integrator: Integrator, scene: Scene, size: int) -> None:
         self._integrator, self._scene = integrator, scene
         self._radiance = np.zeros((3, size), np.float32)
-
-    def start(self, rays: Rays, sampler: LaneSampler) -> list[Wave]:
-        """Camera rays in waves of at most the integrator's `lanes`: β = 1, L = 0."""
-        waves = []
-        for first in range(0, rays.tfar.size, self._integrator.lanes):
-            span = slice(first, first + self._integrator.lanes)
-            part = Rays(rays.o[:, span], rays.d[:, span], rays.tfar[span])
-            state, history = sampler.with_state(sampler.state[:, span]), self._scene.history(part)
-            waves.append(Wave(PathState.start(state, self._scene.tracks_history, history, first), part))
-        return waves
-
-    def joined(self, waves: list[Wave]) -> list[Wave]:
-        """Neighbours whose living paths fit into one wave become one: fewer steps, each of more paths.
-
-        Nothing of a path depends on who walks beside it.
-        """
-        if len(waves) < 2:
-            return waves
-        living = [np.flatnonzero(wave.rays.tfar > 0) for wave in waves]
-        result: list[Wave] = []
-        for group in runs([len(lanes) for lanes in living], self._integrator.lanes):
-            members = range(len(waves))[group]
-            if len(members) == 1:
-                result.append(waves[group.start])
-                continue
-            for k in members:
-                self._keep(waves[k].path, np.flatnonzero(waves[k].rays.tfar <= 0))
-            rays = [[part.take(living[k], axis=-1) for part in waves[k].rays] for k in members]
-            paths = [waves[k].path.going_on(living[k]) for k in members]
-            parts = (np.concatenate(part, axis=-1) for part in zip(*rays, strict=True))
-            result.append(Wave(PathState.joined(paths), Rays(*parts)))
-        return result
 
     def survivors(self, path: PathState, found: Intersection) -> tuple[PathState, NDArray[np.intp], Spans]:
         """The paths that scatter where they are, sorted by group; the others' radiance is kept.
@@ -112,25 +70,10 @@ class Wavefront:
         rays.tfar[strength <= 0] = -1
         return rays
 
-    def finish(self, waves: list[Wave]) -> Float32:
+    def finish(self, path: PathState) -> Float32:
         """Radiance of all camera rays."""
-        for path, _ in waves:
-            scatter(self._radiance, path.slot, path.L)
+        scatter(self._radiance, path.slot, path.L)
         return self._radiance
-
-
-def runs(sizes: list[int], limit: int) -> list[slice]:
-    """Consecutive sizes in as few runs as a greedy walk finds, each of at most `limit` in all."""
-    result: list[slice] = []
-    total = 0
-    for k, size in enumerate(sizes):
-        if result and total + size <= limit:
-            result[-1] = slice(result[-1].start, k + 1)
-            total += size
-        else:
-            result.append(slice(k, k + 1))
-            total = size
-    return result
 
 
 def roulette(path: PathState, strength: Float32, u: Float32) -> None:

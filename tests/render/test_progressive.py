@@ -11,13 +11,11 @@ import pytest
 from support import scenes as make
 
 from pt_engine.render.integrator import INTEGRATORS, Integrator
-from pt_engine.render.path import Path
 from pt_engine.render.progressive import Progress, render
 from pt_engine.render.settings import RenderSettings
 from pt_engine.scene.prepare import prepare
 
 UP = np.eye(4)
-UNIT = 64 * Path.waves  # camera rays of one unit of work
 
 
 @cache
@@ -80,7 +78,7 @@ def test_progress_is_told_in_the_calling_thread_after_every_unit(threads):
     assert set(who) == {threading.get_ident()}
     steps = np.diff([0, *camera_samples])
     assert (steps > 0).all()
-    assert steps.max() <= UNIT
+    assert steps.max() <= 64
     assert camera_samples[-1] == 16 * 256
     assert list(fractions) == sorted(fractions)
     assert fractions[-1] == 1
@@ -100,14 +98,14 @@ def test_a_stop_is_answered_within_the_units_in_flight(threads):
     assert result.cancelled
     assert len(done) <= 5 + (threads + 1 if threads > 1 else 0)
     assert set(asked) == {threading.get_ident()}
-    assert 0 < result.progress.camera_samples <= len(done) * UNIT
+    assert 0 < result.progress.camera_samples <= len(done) * 64
     assert result.film.counts().sum() == result.progress.camera_samples  # what was rendered is kept
 
 
 def test_a_stop_at_once_keeps_the_first_unit():
     result = render(scene(), settings(), should_stop=lambda: True)
     assert result.cancelled
-    assert result.film.counts().sum() == UNIT
+    assert result.film.counts().sum() == 64
     assert np.isfinite(result.image()).all()
 
 

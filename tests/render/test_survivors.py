@@ -14,7 +14,7 @@ from pt_engine.core import vectors
 from pt_engine.core.samplers import Independent
 from pt_engine.render.dimensions import LaneSampler
 from pt_engine.render.path_state import PathState
-from pt_engine.render.survivors import RR_LIMIT, Wave, Wavefront, kill, roulette, sorted_by_batch
+from pt_engine.render.survivors import RR_LIMIT, Wavefront, kill, roulette, sorted_by_batch
 from pt_engine.scene.accel import FAR
 from pt_engine.scene.prepare import prepare
 from pt_engine.scene.scene import Rays
@@ -149,7 +149,7 @@ def test_survivors_are_sorted_and_the_others_radiance_is_kept(room):
     assert (np.floor(x[lanes[spans[2][1]]] + 0.5) == 0).all()
     going.L[:] += 1
     expected[:, lanes] += 1
-    np.testing.assert_array_equal(front.finish([Wave(going, rays)]), expected)
+    np.testing.assert_array_equal(front.finish(going), expected)
 
 
 @pytest.mark.parametrize("bounces", [0, 1, 2])
