@@ -60,6 +60,7 @@ OWNERS = (
     (Scene, "emission", "emission"),
     (PathState, "gather", "emission"),
     (Scene, "shade", "shade"),
+    (LaneSampler, "_row", "random"),
     (LaneSampler, "roulette", "random"),
     (LaneSampler, "emitter", "random"),
     (LaneSampler, "bsdf", "random"),
