@@ -60,7 +60,7 @@ def plastic() -> Graph:
                 "Transmission Weight": 0.3,
                 "Coat Weight": 0.5,
                 "Emission Color": make.WHITE,
-                "Emission Strength": 0.1,
+                "Emission Strength": 0.0,
                 "Normal": Link(2, "Normal"),
             },
         ),
