@@ -22,8 +22,8 @@ the closures. Graphs are chains of a noise of two octaves, a ramp, a mix and a m
 FILES = """## Whole files against Cycles
 
 Equal samples, 14 edges, no clamping, no adaptive sampling, one process and one thread per file; ours is timed
-before and after Cycles, so that the spread shows how much the machine wavers. Cycles dices what the file
-asks to be subdivided adaptively (snow, flower), we do not."""
+before and after Cycles, so that the spread shows how much the machine wavers. Both dice what the file asks to
+be subdivided adaptively (snow, flower)."""
 
 
 def page(results: Results) -> str:
