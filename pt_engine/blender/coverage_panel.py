@@ -108,13 +108,4 @@ def draw_findings(layout, by_owner) -> None:
 
 
 CLASSES = (PTENGINE_OT_show_node, PTENGINE_RENDER_PT_coverage, PTENGINE_MATERIAL_PT_coverage)
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

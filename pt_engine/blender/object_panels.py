@@ -79,13 +79,4 @@ class PTENGINE_OBJECT_PT_ray_visibility(DataPanel, bpy.types.Panel):
 
 
 CLASSES = (PTENGINE_LIGHT_PT_settings, PTENGINE_LIGHT_PT_nodes, PTENGINE_OBJECT_PT_ray_visibility)
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -55,13 +55,4 @@ class PTENGINE_OT_check_scene(bpy.types.Operator):
 
 
 CLASSES = (PTENGINE_OT_load_integrators, PTENGINE_OT_check_scene)
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -158,13 +158,4 @@ CLASSES = (
     PTENGINE_RENDER_PT_integrator_files,
     PTENGINE_RENDER_PT_statistics,
 )
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -40,13 +40,4 @@ class PTENGINE_CAMERA_PT_panorama(DataPanel, bpy.types.Panel):
 
 
 CLASSES = (PTENGINE_CAMERA_PT_panorama,)
-
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -145,9 +145,3 @@ def note_other_outputs(graph: Graph, log: CoverageLog) -> None:
         log.note(graph.nodes[link.node].name, IGNORED, "the volume is left out: clear inside")
     for node, effect in graph.notes:
         log.note(node, IGNORED, effect)
-
-
-def worst_first(entries: Iterable[Coverage]) -> list[Coverage]:
-    """Coverage with what is ignored before what is approximate before what is exact."""
-    order = {"ignored": 0, "approximate": 1, "exact": 2}
-    return sorted(entries, key=lambda e: order[e.state])

@@ -12,6 +12,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 from support.bpy_scenes import add, cube, empty_scene  # noqa: E402
 from support.camera_view import cycles, one_sample, ours  # noqa: E402
+from support.seen_nodes import sphere  # noqa: E402
 
 pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="Cycles before 5 displaces otherwise")
 EDGES = 0.02  # share of pixels on an edge between faces
@@ -56,15 +57,6 @@ CASES = [
 ]
 
 
-def ball():
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=24, ring_count=12)
-    owner = bpy.context.object
-    data = owner.data
-    bpy.data.objects.remove(owner)
-    data.shade_smooth()
-    return data
-
-
 def subdivided(data):
     """The mesh with each face cut into 4 × 4."""
     import bmesh
@@ -83,7 +75,7 @@ def stage():
     scene.camera.location, scene.camera.rotation_euler = (0.4, -7.0, 2.2), (1.28, 0.05, 0.06)
     made = bpy.data.materials.new("Test")
     made.use_nodes = True
-    flat, mixed, round_ = subdivided(cube()), subdivided(cube("Mixed", 1.2)), ball()
+    flat, mixed, round_ = subdivided(cube()), subdivided(cube("Mixed", 1.2)), sphere()
     mixed.polygons.foreach_set("use_smooth", np.arange(len(mixed.polygons)) % 5 > 0)
     for data in (flat, mixed, round_):
         data.materials.append(made)
