@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from ..core.rows import scatter_add
 from ..scene.lanes import Surface
-from ..scene.scene import Rays, Scene
+from ..scene.scene import Scene
 from ..scene.shading import ShadedBSDF
+from ..scene.wave import Rays
 from .dimensions import LaneSampler
 from .integrator import Integrator
 from .path_state import PathState, mis

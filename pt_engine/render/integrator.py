@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from ..scene.scene import Rays, Scene
+    from ..scene.scene import Scene
+    from ..scene.wave import Rays
     from .dimensions import LaneSampler
     from .settings import RenderSettings
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.scene import Rays, Scene
+from ..scene.scene import Scene
+from ..scene.wave import Rays
 from .dimensions import LaneSampler
 from .integrator import Integrator
 from .next_event import next_event

@@ -17,8 +17,9 @@ from ..bsdfs.base import Lobe
 from ..core.samplers import SAMPLERS
 from ..scene.geometry import INSTANCE, SKY
 from ..scene.lanes import Surface
-from ..scene.scene import Found, Intersection, Rays, Scene
+from ..scene.scene import Scene
 from ..scene.shading import Scattered, ShadedBSDF
+from ..scene.wave import Found, Intersection, Rays
 from .integrator import INTEGRATORS
 from .path_state import mis
 from .schedule import Unit

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from ..cameras.base import Camera
 from ..core.pixel_filters import FilterTable
 from ..core.samplers import Sampler
-from ..scene.scene import Rays, Scene
+from ..scene.scene import Scene
+from ..scene.wave import Rays
 from .dimensions import LaneSampler
 from .integrator import Integrator
 from .schedule import Unit

@@ -8,11 +8,14 @@ import numpy as np
 
 from ..core import vectors
 from ..core.raykind import RayKind
+from .arrivals import Arrivals
+from .evaluated import evaluated
 from .geometry import SKY
 
 if TYPE_CHECKING:
     from ..render.path_state import PathState
-    from .scene import Intersection, Rays, Scene
+    from .scene import Scene
+    from .wave import Intersection, Rays
 
 
 def cut_holes(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> None:
@@ -25,6 +28,8 @@ def cut_holes(scene: Scene, rays: Rays, found: Intersection, path: PathState) ->
     lanes = lanes[(path.kind.take(lanes) & RayKind.CAMERA) != 0]
     if len(lanes) == 0 or scene.alpha is None:
         return
-    share = scene.evaluated_holdout(scene.surface(rays, found, lanes), path, lanes)
+    hit = scene.surface(rays, found, lanes)
+    material = scene.geometry.surface_material.take(hit.surface)
+    share = evaluated(scene, hit, Arrivals.of(path, lanes), material, "holdout")
     scene.alpha[path.slot.take(lanes)] -= vectors.mean3(share * path.beta.take(lanes, axis=1))
     found.surface[lanes[(share == 1).all(axis=0)]] = SKY  # nothing is there any more

@@ -9,8 +9,7 @@ from __future__ import annotations
 import copy
 from collections import Counter
 from collections.abc import Iterator
-from itertools import starmap
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,17 +19,18 @@ from ..core.raykind import RayKind
 from ..core.uniforms import Uniforms
 from ..core.view import View
 from ..emitters.lights import Lights, LightSample
-from .accel import FAR, Accel, Hits
+from . import emission
+from .accel import Accel, Hits
 from .arrivals import Arrivals
 from .attributes import Layer
+from .evaluated import evaluated
 from .geometry import SKY, Geometry
-from .holdout import cut_holes
 from .lanes import Lanes, Surface
 from .shading import ShadedBSDF, SliceBSDF
-from .sky_lanes import SkyLanes
 from .snapshot import Instances
 from .transforms import Transforms
 from .transmittance import transmittance
+from .wave import Found, Group, Intersection, Rays
 
 if TYPE_CHECKING:
     from ..cameras.base import Camera
@@ -47,60 +47,6 @@ BatchNumbers = NDArray[np.unsignedinteger]
 
 
 DEPTHS = frozenset({"diffuse_depth", "glossy_depth", "transmission_depth", "portal_depth"})
-
-
-class Rays(NamedTuple):
-    """N rays. `tfar` < 0 switches one off.
-
-    Attributes
-    ----------
-    o, d : (3, N) float32
-        Origin (recentred world) and unit direction.
-    tfar : (N,) float32
-    """
-
-    o: Float32
-    d: Float32
-    tfar: Float32
-
-
-class Found(NamedTuple):
-    """Lanes whose ray found an emitter.
-
-    Attributes
-    ----------
-    lanes : (K,) intp
-    radiance : (3, K) float32
-    pdf : (K,) float32
-        Density per solid angle with which emitter sampling would have chosen this direction.
-    source : str
-        "sky", "surface" or "lamp".
-    """
-
-    lanes: NDArray[np.intp]
-    radiance: Float32
-    pdf: Float32
-    source: str = "lamp"
-
-
-class Intersection(NamedTuple):
-    """What N rays have hit: `accel.Hits`, and the surface number (the sky's for a miss).
-
-    Attributes
-    ----------
-    hits : Hits
-    surface : (N,) unsigned int
-    """
-
-    hits: Hits
-    surface: NDArray[np.integer]
-
-
-class Group(NamedTuple):
-    """Lanes that are shaded together: a batch of materials, on flat or on smooth geometry."""
-
-    batch: int
-    smooth: bool
 
 
 class Scene:
@@ -181,7 +127,7 @@ class Scene:
             np.uint8 if self.dead < 255 else np.uint16,
         )
         emits = self.materials.emission_varies | (self.materials.emission_constant != 0).any(axis=1)
-        self._surface_emits = (surfaces.surface_material >= 0) & emits[surfaces.surface_material]
+        self.surface_emits = (surfaces.surface_material >= 0) & emits[surfaces.surface_material]
         holds_out = np.array([batch.has_holdout for batch in batches], np.bool_)
         self.surface_holds_out = (surfaces.surface_material >= 0) & holds_out[
             self.materials.batch_of[surfaces.surface_material]
@@ -236,88 +182,13 @@ class Scene:
 
     def emission(self, rays: Rays, found: Intersection, path: PathState) -> Iterator[Found]:
         """What the rays have run into: the sky, emissive surfaces, lamps."""
-        if self.world.emits or self.film_transparent:
-            escaped = np.flatnonzero(found.surface == SKY)
-            escaped = escaped[rays.tfar.take(escaped) > 0]
-            if self.film_transparent:
-                escaped = self._leave_film_clear(escaped, path)
-            if len(escaped):
-                d = rays.d.take(escaped, axis=1)
-                o = rays.o.take(escaped, axis=1) + self.origin32 if self.view.kind == "ORTHO" else None
-                sky = self.world.emission(SkyLanes(d, self._came(path, escaped), self.view, o))
-                yield Found(escaped, sky, self.lights.environment_pdf(d, path.places(escaped)), "sky")
-        if self.lights.description.meets_lamps or self.lights.description.camera_meets_lamps:
-            yield from self._lamp_emission(rays, found, path)
-        if self.holds_out:  # after the lamps before a holdout, ahead of what it covers
-            cut_holes(self, rays, found, path)
-        if self.lights.description.has_triangles:
-            lit = np.flatnonzero(self._surface_emits.take(found.surface))
-            if len(lit):
-                yield self._surface_emission(lit, self.surface(rays, found, lit), path)
+        return emission.found_by(self, rays, found, path)
 
-    def _came(self, path: PathState, lanes: NDArray[np.intp]) -> Arrivals:
+    def came(self, path: PathState, lanes: NDArray[np.intp]) -> Arrivals:
         """How the rays of some lanes came here; all alike where nobody follows them."""
         if self.tracks_history or self._looks_around:
             return Arrivals.of(path, lanes)
         return Arrivals.by(int(path.kind[0]), len(lanes))
-
-    def _leave_film_clear(self, escaped: NDArray[np.intp], path: PathState) -> NDArray[np.intp]:
-        """Camera rays that reach the sky take their share off the film's coverage and bring no light."""
-        seen = (path.kind.take(escaped) & RayKind.CAMERA) != 0
-        clear = escaped[seen]
-        if self.alpha is not None:
-            self.alpha[path.slot.take(clear)] -= vectors.mean3(path.beta.take(clear, axis=1))
-        others: NDArray[np.intp] = escaped[~seen]
-        return others
-
-    def _surface_emission(self, lit: NDArray[np.intp], hit: Surface, path: PathState) -> Found:
-        distance = hit.t + path.travelled.take(lit) if self.transparent_surfaces else hit.t
-        pdf = self.lights.pdf_triangle(hit.emitter, distance, np.abs(hit.facing), path.places(lit))
-        return Found(lit, self._radiance(hit, path, lit), pdf, "surface")
-
-    def _radiance(self, hit: Surface, path: PathState, lanes: NDArray[np.intp]) -> Float32:
-        """(3, K) emitted toward `wi`: a table where it is constant, else the materials' programs."""
-        material = self.geometry.surface_material.take(hit.surface)
-        radiance = np.ascontiguousarray(self.materials.emission_constant.take(material, axis=0).T)
-        varying = np.flatnonzero(self.materials.emission_varies.take(material))
-        if len(varying):
-            radiance[:, varying] = self._evaluated(
-                hit.take(varying), self._came(path, lanes.take(varying)), material.take(varying)
-            )
-        return radiance
-
-    def evaluated_holdout(self, hit: Surface, path: PathState, lanes: NDArray[np.intp]) -> Float32:
-        """(3, K) share of what the camera sees that the materials make a hole in the film."""
-        material = self.geometry.surface_material.take(hit.surface)
-        return self._evaluated(hit, Arrivals.of(path, lanes), material, "holdout")
-
-    def _evaluated(self, hit: Surface, came: Arrivals, material: Int32, what: str = "emission") -> Float32:
-        """(3, K) what the materials' programs give for `emission` or `holdout`."""
-        radiance = np.zeros((3, hit.size), np.float32)
-        smooth = self.geometry.surface_smooth.take(hit.surface)
-        key = self.materials.batch_of.take(material) * 2 + smooth
-        for k in np.unique(key):
-            lanes = np.flatnonzero(key == k)
-            here = Lanes(self, hit.take(lanes), came.take(lanes), bool(k & 1))
-            value = getattr(self.materials.batches[int(k) >> 1], what)(here)
-            if value is not None:
-                radiance[:, lanes] = value
-        return radiance
-
-    def _lamp_emission(self, rays: Rays, found: Intersection, path: PathState) -> Iterator[Found]:
-        """Lamps of any size that lie on the ray before its hit; they don't hide what is behind them."""
-        t = np.where(found.surface == SKY, FAR, found.hits.t)
-        t[rays.tfar < 0] = -1
-        seen = (path.kind & RayKind.CAMERA) != 0
-        if not self.transparent_surfaces:
-            camera: bool | NDArray[np.bool_] = bool(seen[:1].any())  # all lanes are of one generation
-            met = self.lights.intersect(rays.o, rays.d, t, camera, path.places(slice(None)))
-            yield from starmap(Found, met)
-            return
-        # densities count from the last real bounce, but only what lies beyond the surfaces passed is new
-        back = path.travelled
-        o = rays.o - back * rays.d
-        yield from starmap(Found, self.lights.intersect(o, rays.d, t + back, seen, path.place))
 
     def shading_normal(self, rays: Rays, found: Intersection) -> Float32:
         """(3, N) unit shading normals on the viewer's side; 0 where a ray has missed."""
@@ -363,7 +234,7 @@ class Scene:
         prim = self.emissive_prim.take(light.triangle)
         hits = Hits(distance, light.barycentric[0], light.barycentric[1], prim)
         at = Surface(self.geometry, hits, np.arange(len(lanes)), si.p.take(lanes, axis=1), wo)
-        before = self._came(path, lanes)
+        before = self.came(path, lanes)
         through = vectors.dot(si.ng.take(lanes, axis=1), wo) < 0
         point = np.zeros(len(lanes), np.float32)  # a sampled place has no width; nodes trace nothing there
         side = np.where(through, np.int32(RayKind.TRANSMISSION), np.int32(RayKind.REFLECTION))
@@ -378,7 +249,7 @@ class Scene:
             sharpness=None,
             noise=None,
         )
-        return self._evaluated(at, came, self.geometry.surface_material.take(at.surface))
+        return evaluated(self, at, came, self.geometry.surface_material.take(at.surface))
 
     def unoccluded(
         self, si: Surface, light: LightSample, contribution: Float32, limit: int, path: PathState

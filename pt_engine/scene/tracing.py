@@ -64,7 +64,7 @@ def own_hits(
     lanes: Lanes, o: Float32, d: Float32, tfar: Float32, first: bool = False
 ) -> Iterator[tuple[Index, Surface]]:
     """Where rays meet the lanes' own objects: lanes, and what is there; `first`, once each at most."""
-    from .scene import Intersection, Rays
+    from .wave import Intersection, Rays
 
     scene = lanes.scene
     index = np.flatnonzero(tfar > 0)

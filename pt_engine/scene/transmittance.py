@@ -35,7 +35,7 @@ def transmittance(
     path : Arrival, optional
         The paths that the rays belong to, which some programs ask for; None: from the camera.
     """
-    from .scene import Rays
+    from .wave import Rays
 
     result = np.zeros(o.shape, np.float32)
     lanes = np.flatnonzero(tfar > 0)

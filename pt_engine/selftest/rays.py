@@ -14,8 +14,9 @@ from ..core.warps import square_to_cosine_hemisphere, square_to_sphere
 from ..scene.accel import FAR, MISS
 from ..scene.lanes import Surface
 from ..scene.prepare import prepare
-from ..scene.scene import Intersection, Rays, Scene
+from ..scene.scene import Scene
 from ..scene.snapshot import MeshData
+from ..scene.wave import Intersection, Rays
 from . import scenes as make
 
 Float32 = NDArray[np.float32]

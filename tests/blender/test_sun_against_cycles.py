@@ -11,7 +11,7 @@ from support.cycles import by_cycles, by_engine  # noqa: E402
 from support.ztest import compare  # noqa: E402
 
 from pt_engine.scene.prepare import prepare  # noqa: E402
-from pt_engine.scene.scene import Rays  # noqa: E402
+from pt_engine.scene.wave import Rays  # noqa: E402
 from pt_engine.scene.world_light import seen  # noqa: E402
 
 pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="the models are those of Blender 5")

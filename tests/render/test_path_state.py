@@ -15,8 +15,8 @@ from pt_engine.core.samplers import SAMPLERS
 from pt_engine.render.dimensions import CAMERA, PER_BOUNCE, LaneSampler
 from pt_engine.render.path_state import DEPTH_OF_LOBE, KIND_OF_LOBE, PathState, leave, mis
 from pt_engine.scene.prepare import prepare
-from pt_engine.scene.scene import Found, Rays
 from pt_engine.scene.shading import Scattered
+from pt_engine.scene.wave import Found, Rays
 
 UP = np.eye(4)
 N = 40

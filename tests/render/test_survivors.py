@@ -17,7 +17,7 @@ from pt_engine.render.path_state import PathState
 from pt_engine.render.survivors import RR_LIMIT, Wavefront, kill, roulette, sorted_by_batch
 from pt_engine.scene.accel import FAR
 from pt_engine.scene.prepare import prepare
-from pt_engine.scene.scene import Rays
+from pt_engine.scene.wave import Rays
 
 UP = np.eye(4)
 

@@ -10,7 +10,8 @@ from support.hits import Shot, column, placed, random_directions, rotation, shoo
 from pt_engine.render.path_state import leave
 from pt_engine.scene.accel import FAR, MISS, Accel
 from pt_engine.scene.prepare import prepare
-from pt_engine.scene.scene import Rays, Scene
+from pt_engine.scene.scene import Scene
+from pt_engine.scene.wave import Rays
 
 CAMERA = make.perspective((0, -5, 0), (0, 0, 0))
 GREY = make.diffuse(0.5)

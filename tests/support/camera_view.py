@@ -11,7 +11,7 @@ from pt_engine.core.raykind import RayKind
 from pt_engine.scene.arrivals import Arrivals
 from pt_engine.scene.lanes import Lanes
 from pt_engine.scene.prepare import prepare
-from pt_engine.scene.scene import Rays
+from pt_engine.scene.wave import Rays
 
 SIZE = 64
 

@@ -1,0 +1,92 @@
+"""Emission that rays run into: the sky, emissive surfaces, lamps; what a film leaves clear."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import starmap
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core import vectors
+from ..core.raykind import RayKind
+from .accel import FAR
+from .evaluated import evaluated
+from .geometry import SKY
+from .holdout import cut_holes
+from .lanes import Surface
+from .sky_lanes import SkyLanes
+from .wave import Found, Intersection, Rays
+
+if TYPE_CHECKING:
+    from ..render.path_state import PathState
+    from .scene import Scene
+
+Float32 = NDArray[np.float32]
+
+
+def found_by(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> Iterator[Found]:
+    """What the rays have run into: the sky, emissive surfaces, lamps."""
+    if scene.world.emits or scene.film_transparent:
+        escaped = np.flatnonzero(found.surface == SKY)
+        escaped = escaped[rays.tfar.take(escaped) > 0]
+        if scene.film_transparent:
+            escaped = _leave_film_clear(scene, escaped, path)
+        if len(escaped):
+            d = rays.d.take(escaped, axis=1)
+            o = rays.o.take(escaped, axis=1) + scene.origin32 if scene.view.kind == "ORTHO" else None
+            sky = scene.world.emission(SkyLanes(d, scene.came(path, escaped), scene.view, o))
+            yield Found(escaped, sky, scene.lights.environment_pdf(d, path.places(escaped)), "sky")
+    if scene.lights.description.meets_lamps or scene.lights.description.camera_meets_lamps:
+        yield from _lamp_emission(scene, rays, found, path)
+    if scene.holds_out:  # after the lamps before a holdout, ahead of what it covers
+        cut_holes(scene, rays, found, path)
+    if scene.lights.description.has_triangles:
+        lit = np.flatnonzero(scene.surface_emits.take(found.surface))
+        if len(lit):
+            yield _surface_emission(scene, lit, scene.surface(rays, found, lit), path)
+
+
+def _leave_film_clear(scene: Scene, escaped: NDArray[np.intp], path: PathState) -> NDArray[np.intp]:
+    """Camera rays that reach the sky take their share off the film's coverage and bring no light."""
+    seen = (path.kind.take(escaped) & RayKind.CAMERA) != 0
+    clear = escaped[seen]
+    if scene.alpha is not None:
+        scene.alpha[path.slot.take(clear)] -= vectors.mean3(path.beta.take(clear, axis=1))
+    others: NDArray[np.intp] = escaped[~seen]
+    return others
+
+
+def _surface_emission(scene: Scene, lit: NDArray[np.intp], hit: Surface, path: PathState) -> Found:
+    distance = hit.t + path.travelled.take(lit) if scene.transparent_surfaces else hit.t
+    pdf = scene.lights.pdf_triangle(hit.emitter, distance, np.abs(hit.facing), path.places(lit))
+    return Found(lit, _radiance(scene, hit, path, lit), pdf, "surface")
+
+
+def _radiance(scene: Scene, hit: Surface, path: PathState, lanes: NDArray[np.intp]) -> Float32:
+    """(3, K) emitted toward `wi`: a table where it is constant, else the materials' programs."""
+    material = scene.geometry.surface_material.take(hit.surface)
+    radiance = np.ascontiguousarray(scene.materials.emission_constant.take(material, axis=0).T)
+    varying = np.flatnonzero(scene.materials.emission_varies.take(material))
+    if len(varying):
+        radiance[:, varying] = evaluated(
+            scene, hit.take(varying), scene.came(path, lanes.take(varying)), material.take(varying)
+        )
+    return radiance
+
+
+def _lamp_emission(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> Iterator[Found]:
+    """Lamps of any size that lie on the ray before its hit; they don't hide what is behind them."""
+    t = np.where(found.surface == SKY, FAR, found.hits.t)
+    t[rays.tfar < 0] = -1
+    seen = (path.kind & RayKind.CAMERA) != 0
+    if not scene.transparent_surfaces:
+        camera: bool | NDArray[np.bool_] = bool(seen[:1].any())  # all lanes are of one generation
+        met = scene.lights.intersect(rays.o, rays.d, t, camera, path.places(slice(None)))
+        yield from starmap(Found, met)
+        return
+    # densities count from the last real bounce, but only what lies beyond the surfaces passed is new
+    back = path.travelled
+    o = rays.o - back * rays.d
+    yield from starmap(Found, scene.lights.intersect(o, rays.d, t + back, seen, path.place))

@@ -1,0 +1,66 @@
+"""What a wavefront is made of: rays, what they hit, what they found, and who is shaded together."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .accel import Hits
+
+Float32 = NDArray[np.float32]
+
+
+class Rays(NamedTuple):
+    """N rays. `tfar` < 0 switches one off.
+
+    Attributes
+    ----------
+    o, d : (3, N) float32
+        Origin (recentred world) and unit direction.
+    tfar : (N,) float32
+    """
+
+    o: Float32
+    d: Float32
+    tfar: Float32
+
+
+class Found(NamedTuple):
+    """Lanes whose ray found an emitter.
+
+    Attributes
+    ----------
+    lanes : (K,) intp
+    radiance : (3, K) float32
+    pdf : (K,) float32
+        Density per solid angle with which emitter sampling would have chosen this direction.
+    source : str
+        "sky", "surface" or "lamp".
+    """
+
+    lanes: NDArray[np.intp]
+    radiance: Float32
+    pdf: Float32
+    source: str = "lamp"
+
+
+class Intersection(NamedTuple):
+    """What N rays have hit: `accel.Hits`, and the surface number (the sky's for a miss).
+
+    Attributes
+    ----------
+    hits : Hits
+    surface : (N,) unsigned int
+    """
+
+    hits: Hits
+    surface: NDArray[np.integer]
+
+
+class Group(NamedTuple):
+    """Lanes that are shaded together: a batch of materials, on flat or on smooth geometry."""
+
+    batch: int
+    smooth: bool
