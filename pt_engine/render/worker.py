@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..cameras.base import Camera
 from ..core.pixel_filters import FilterTable
+from ..core.raykind import RayKind
 from ..core.samplers import Sampler
 from ..scene.scene import Scene
 from ..scene.wave import Rays
@@ -76,7 +77,8 @@ class Worker:
         raster = np.stack([np.tile(c, unit.spp) for c in (x, y)]).astype(np.float32)
         raster += np.float32(0.5)
         raster += offset
-        return Rays(*self._camera.rays(raster, sampler.lens() if self._camera.has_lens else None))
+        o, d, tfar = self._camera.rays(raster, sampler.lens() if self._camera.has_lens else None)
+        return Rays(o, d, tfar, RayKind.CAMERA)
 
     def _pixel_coordinates(self, unit: Unit) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         x0, y0, x1, _ = self._settings.window

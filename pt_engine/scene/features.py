@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from .sighted import Sighted
 from .snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[s
         "transparent surfaces": (scene.transparent_surfaces, "no visible material is transparent"),
         "transparent film": (film_transparent, "the sky is part of the image"),
         "holdouts": (scene.holds_out, "no visible material is one"),
+        "ray visibility": (isinstance(scene.accel, Sighted), "every object is seen by all rays"),
         "ray portals": (scene.has_portals, "no visible material is one"),
         "ideal specular": (any(b.delta_only for b in batches), "no material is made of Dirac lobes alone"),
         "several closures": (

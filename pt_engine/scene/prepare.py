@@ -11,6 +11,7 @@ from ..cameras import make_camera
 from ..core.view import View
 from ..emitters.lights import Lights
 from ..emitters.many import Surfaces
+from ..emitters.restricted import SCATTERED
 from ..emitters.triangle import TriangleEmitters
 from ..nodes.compile import Materials, compile_materials
 from ..nodes.coverage import IGNORED, Coverage
@@ -29,10 +30,12 @@ from .attributes import (
 )
 from .displace import displaced
 from .features import features
-from .geometry import BOUND, Geometry, pack, place
+from .geometry import BOUND, INSTANCE, Geometry, pack, place
 from .lamp_shader import LampShader
 from .own import OwnObjects, looking_at_themselves
+from .reach import reach_of
 from .scene import Scene
+from .sighted import sighted
 from .snapshot import CameraData, Snapshot, Visibility
 from .world_light import environment
 
@@ -62,11 +65,12 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     snapshot = displaced(snapshot, materials, shading_layers)
     view = view_of(snapshot.camera)
     placed = place(snapshot)
-    accel = Accel(placed.vertices, placed.triangles)
+    accel = sighted(placed, snapshot.instances, snapshot.linking)
     selves = looking_at_themselves(snapshot, materials)
     own = OwnObjects(placed, selves) if selves else None
     geometry = pack(snapshot, placed)
-    prim, triangles = emissive_triangles(geometry, materials)
+    prim, triangles = emissive_triangles(geometry, materials, snapshot)
+    reached = reach_of(snapshot)
     lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
     lights = Lights(
         snapshot.lights,
@@ -80,18 +84,23 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
             for program, lamp in zip(lamp_programs, snapshot.lights, strict=True)
         ],
         surfaces=to_light(geometry, materials),
+        shown=reached.shown(),
     )
     geometry.release()
     layers = shading_layers(snapshot, geometry, materials.needs)
     if "rest" in materials.needs:
         layers |= rest_layers(rest, geometry)
-    scene = Scene(geometry, accel, snapshot.instances, layers, materials, world, lights, film_transparent)
+    parts = geometry, accel, snapshot.instances, layers, materials, world, lights
+    scene = Scene(*parts, film_transparent, reached)
     textures.release()
     scene.textures = textures
     scene.emissive_prim, scene.own = prim, own
+    scene.unsampled_surfaces = bool(scene.surface_emits[geometry.surface].sum() > len(prim))
     scene.material_names = tuple(graph.name for graph in snapshot.materials)
     scene.camera, scene.view = make_camera(snapshot.camera, geometry.origin), view
     scene.exposure = snapshot.exposure
+    if film_transparent and snapshot.clear_glass >= 0:
+        scene.show_through(snapshot.clear_glass)
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
     scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
     scene.features = features(snapshot, scene, film_transparent)
@@ -107,14 +116,23 @@ def finish(scene: Scene) -> None:
     scene.build_seconds += time.perf_counter() - started
 
 
-def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32, TriangleEmitters | None]:
-    """The triangles whose material emits: their numbers (also put in their records), and their table."""
+def emissive_triangles(
+    geometry: Geometry, materials: Materials, snapshot: Snapshot
+) -> tuple[Int32, TriangleEmitters | None]:
+    """The triangles to sample light from: their numbers (also put in their records), and their table.
+
+    Left out are those whose material asks for it, and objects that no scattered ray sees.
+    """
     none = np.zeros(0, np.int32), None
     emits = materials.emission_varies | (materials.emission_constant != 0).any(axis=1)
+    emits &= np.array([graph.sampled for graph in snapshot.materials], np.bool_)
     surface_emits = (geometry.surface_material >= 0) & emits[geometry.surface_material]  # never the sky's
     if not surface_emits.any():
         return none
     prim = np.flatnonzero(surface_emits[geometry.surface])
+    instance = geometry.integer(INSTANCE, prim.astype(np.int32))
+    seen = np.flatnonzero(snapshot.instances.visibility[instance] & SCATTERED)
+    prim, instance = prim[seen], instance[seen]
     if len(prim) == 0:
         return none
     geometry.set_emitters(prim)
@@ -124,8 +142,18 @@ def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32,
         radiance=materials.emission_constant[material],
         varies=materials.emission_varies[material],
         error=geometry.records[prim, BOUND].copy(),
+        whose=whose(snapshot, instance),
     )
     return prim.astype(np.int32), emitters
+
+
+def whose(snapshot: Snapshot, instance: Int32) -> Int32 | None:
+    """(T,) `TriangleEmitters.whose` of triangles of each `instance`."""
+    links = snapshot.linking
+    bits = snapshot.instances.visibility.astype(np.int32)
+    if links is not None:
+        bits += links.emitter << 8
+    return bits[instance] if (bits != Visibility.ALL).any() else None
 
 
 def view_of(camera: CameraData) -> View:
@@ -177,10 +205,6 @@ def coverage(snapshot: Snapshot, scene: Scene, lamps: list[Coverage]) -> list[Co
     entries = [entry for entry in scene.materials.coverage if entry.material in used]
     entries += [*scene.world.coverage, *lamps]
     entries += [Coverage(where, what, IGNORED, effect) for where, what, effect in snapshot.unsupported]
-    instances = snapshot.instances
-    hidden = dict.fromkeys(instances.names[k] for k in np.flatnonzero(instances.visibility != Visibility.ALL))
-    effect = "seen by all rays, also by those it is hidden from"
-    entries += [Coverage(f"Object {name}", "ray visibility", IGNORED, effect) for name in hidden]
     if scene.geometry.dropped:
         effect = f"{scene.geometry.dropped} triangles with non-finite vertices are left out"
         entries.append(Coverage("(geometry)", "vertices", IGNORED, effect))

@@ -12,7 +12,7 @@ from .instances import Collector
 from .materials import MaterialTable
 from .properties import with_scene_values
 from .unsupported import scene_wide
-from .world import export_world
+from .world import export_world, world_visibility
 
 
 class ExportError(RuntimeError):
@@ -44,7 +44,7 @@ def export_scene(depsgraph, *, camera=None, size=None) -> Snapshot:
     dicing = Dicing(depsgraph, scene, camera, size, unsupported)
     collector = Collector(depsgraph, materials, images, unsupported, dicing)
     instances = collector.run()
-    world = export_world(scene, view_layer, depsgraph, images, unsupported)
+    world = export_world(scene, view_layer, depsgraph, images)
     unsupported += scene_wide(depsgraph, scene)
     return Snapshot(
         meshes=tuple(collector.meshes),
@@ -61,7 +61,18 @@ def export_scene(depsgraph, *, camera=None, size=None) -> Snapshot:
         exposure=getattr(getattr(scene, "cycles", None), "film_exposure", 1.0),
         unsupported=tuple(dict.fromkeys(unsupported)),
         ocio_config=ocio_config(),
+        world_visibility=world_visibility(scene, view_layer),
+        linking=collector.linking,
+        clear_glass=clear_glass(scene),
     )
+
+
+def clear_glass(scene) -> float:
+    """Roughness up to which a transparent film shows through glass; −1 for none."""
+    cycles = getattr(scene, "cycles", None)
+    if not getattr(cycles, "film_transparent_glass", False):
+        return -1.0
+    return getattr(cycles, "film_transparent_roughness", 0.1)
 
 
 def camera_of(depsgraph, scene, camera=None):
