@@ -14,7 +14,7 @@ from ..emitters.many import Surfaces
 from ..emitters.restricted import SCATTERED
 from ..emitters.triangle import TriangleEmitters
 from ..nodes.compile import Materials, compile_materials
-from ..nodes.coverage import IGNORED, Coverage
+from ..nodes.coverage import APPROXIMATE, IGNORED, Coverage
 from ..nodes.world import compile_light, compile_world
 from ..textures.images import TextureStore
 from .accel import Accel
@@ -29,7 +29,7 @@ from .attributes import (
     uv_layer,
 )
 from .displace import displaced
-from .features import features
+from .features import ON, features
 from .geometry import BOUND, INSTANCE, Geometry, pack, place
 from .lamp_shader import LampShader
 from .own import OwnObjects, looking_at_themselves
@@ -102,8 +102,8 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     if film_transparent and snapshot.clear_glass >= 0:
         scene.show_through(snapshot.clear_glass)
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
-    scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
     scene.features = features(snapshot, scene, film_transparent)
+    scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
     scene.build_seconds = time.perf_counter() - started
     return scene
 
@@ -199,12 +199,26 @@ def rest_layers(snapshot: Snapshot, geometry: Geometry) -> dict[tuple[str, str],
     return layers if normals is None else {**layers, ("rest_normal", ""): normals}
 
 
+def linked_mirrors(snapshot: Snapshot, scene: Scene) -> list[Coverage]:
+    """Lights in which some objects cast no shadow, where ideal mirrors or glass may show them."""
+    apart = scene.reach.apart
+    if apart is None or scene.features["ideal specular"] != ON:
+        return []
+    names = [lamp.name for lamp in snapshot.lights if apart[lamp.group]]
+    if snapshot.linking is not None:
+        rows = np.flatnonzero(apart[snapshot.linking.emitter])
+        names += [snapshot.instances.names[k] for k in rows]
+    effect = "in ideal mirrors and glass it is hidden also by what casts no shadow in its light"
+    return [Coverage(f"Light {name}", "shadow linking", APPROXIMATE, effect) for name in dict.fromkeys(names)]
+
+
 def coverage(snapshot: Snapshot, scene: Scene, lamps: list[Coverage]) -> list[Coverage]:
     """How each part of the file is rendered: materials in use, world, lamps, export, geometry."""
     used = {snapshot.materials[m].name for m in scene.used_materials}
     entries = [entry for entry in scene.materials.coverage if entry.material in used]
     entries += [*scene.world.coverage, *lamps]
     entries += [Coverage(where, what, IGNORED, effect) for where, what, effect in snapshot.unsupported]
+    entries += linked_mirrors(snapshot, scene)
     if scene.geometry.dropped:
         effect = f"{scene.geometry.dropped} triangles with non-finite vertices are left out"
         entries.append(Coverage("(geometry)", "vertices", IGNORED, effect))

@@ -237,7 +237,7 @@ class Scene:
             if self.held is not None:
                 part = path.part(span)
                 closures = only_transparent(closures, held(self, self.held, part.clear, lanes.si.prim))
-            slices.append((span, SliceBSDF(closures, lanes)))
+            slices.append((span, SliceBSDF(closures, lanes, self.clear_glass)))
             if number < self.smooth_groups:
                 smooth_count = span.stop
         return ShadedBSDF(si.size, slices, smooth_count)

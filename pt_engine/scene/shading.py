@@ -106,9 +106,9 @@ class LocalFrame:
 class SliceBSDF:
     """The closures of one batch on its lanes."""
 
-    def __init__(self, closures: Sequence[ClosureLike], lanes: Lanes) -> None:
+    def __init__(self, closures: Sequence[ClosureLike], lanes: Lanes, clear_glass: float = -1.0) -> None:
         self.closures = list(closures)
-        self.lanes = lanes
+        self.lanes, self._clear_glass = lanes, clear_glass
         # with the geometric normal as the shading normal, no direction is on two sides at once
         self.bent = lanes.smooth or any(c.normal is not None for c in self.closures)
         self._frames: dict[tuple[int, int, bool], LocalFrame] = {}
@@ -240,7 +240,7 @@ class SliceBSDF:
         _mark_dirac(out)
 
     def _lobe(self, closure: ClosureLike, index: NDArray[np.intp] | slice, lobe: UInt8 | int) -> UInt8 | int:
-        limit = self.lanes.scene.clear_glass
+        limit = self._clear_glass
         return lobe if limit < 0 else clear(closure, index, lobe, limit)
 
     def _lead_away(self, closure: ClosureLike, index: NDArray[np.intp] | None = None) -> None:

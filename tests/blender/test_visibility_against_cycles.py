@@ -59,7 +59,7 @@ def room():
     add(lamp, "Lamp", location=(-1.5, -0.5, 5.0))
     sun = bpy.data.lights.new("Sun", "SUN")
     sun.energy, sun.angle = 1.0, 0.8
-    add(sun, "Sun", rotation_euler=(0.6, 0.5, 0))
+    add(sun, "Sun", rotation_euler=(0.1, 0.8, 0))
     sky = scene.world = bpy.data.worlds.new("Sky")
     tree = with_nodes(sky)
     background, end = tree.nodes.new("ShaderNodeBackground"), tree.nodes.new("ShaderNodeOutputWorld")
@@ -231,6 +231,19 @@ def shining_and(change):
     return both
 
 
+def alone(name, change):
+    """With no other light than this."""
+
+    def both(scene):
+        for light in bpy.data.lights:
+            if light.name != name:
+                light.energy = 0.0
+        scene.world = None
+        change(scene)
+
+    return both
+
+
 def many(change):
     """With so many lamps that they are chosen by place."""
 
@@ -283,13 +296,13 @@ CASES = {
     "lamp on floor but not on cube": linked("Lamp", "receiver", Floor="INCLUDE", Cube="EXCLUDE"),
     "lamp on an empty collection": linked("Lamp", "receiver"),
     "lamp on collections within": nested,
-    "sun not on box": linked("Sun", "receiver", Box="EXCLUDE"),
+    "sun not on box": alone("Sun", linked("Sun", "receiver", Box="EXCLUDE")),
     "shining cube on floor": shining_and(linked("Cube", "receiver", Floor="INCLUDE")),
     "many lamps on some": many(bulbs),
-    "lamp not shaded by cube": linked("Lamp", "blocker", Cube="EXCLUDE"),
-    "lamp shaded by box alone": linked("Lamp", "blocker", Box="INCLUDE"),
-    "sun not shaded by cube": linked("Sun", "blocker", Cube="EXCLUDE"),
-    "shining cube not shaded by box": shining_and(linked("Cube", "blocker", Box="EXCLUDE")),
+    "lamp not shaded by cube": alone("Lamp", linked("Lamp", "blocker", Cube="EXCLUDE")),
+    "lamp shaded by box alone": alone("Lamp", linked("Lamp", "blocker", Box="INCLUDE")),
+    "sun not shaded by cube": alone("Sun", linked("Sun", "blocker", Cube="EXCLUDE")),
+    "shining cube not shaded by box": alone("", shining_and(linked("Cube", "blocker", Box="EXCLUDE"))),
 }
 
 
