@@ -157,6 +157,7 @@ class Lights:
         self.power: Float64 = np.concatenate([of_lamps, of_faces, of_world]).astype(np.float64)
         self.chance = select.probabilities(self.power)
         self.names = tuple(lamp.data.name for lamp in shining)
+        self.real = np.array([lamp.data.real for lamp in shining], np.bool_)
         self.lamps = len(shining)
         self.takes_light = any((lamp.strength < 0.0).any() for lamp in shining)
 
@@ -179,6 +180,10 @@ class Lights:
         self.restrictions: Restrictions | None = restrictions(
             shining, faces, world, shown.linking, shown.apart
         )
+
+    def whose_faces(self) -> NDArray[np.int32]:
+        """(F,) `TriangleEmitters.whose` of each emissive face."""
+        return np.zeros(0, np.int32) if self._faces is None else self._faces.whose()
 
     def _prepare_choice(self) -> None:
         """The alias table over all emitters, and where each part's numbers begin."""

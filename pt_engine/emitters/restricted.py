@@ -94,19 +94,20 @@ class Restrictions:
     apart : (E,) bool
         Some objects cast no shadow in its light: rays from surfaces meet it after Dirac bounces alone, for
         what stands in their way does not always stand in its.
+    linking : Linking or None
     """
 
     def __init__(self, hidden: UInt8, bounces: Int32, group: Int32, apart: Bool, linking: Linking | None):
         self.hidden, self.bounces, self.group, self.apart = hidden, bounces, group, apart
-        self._linking = linking
+        self.linking = linking
         self.hides = bool((hidden & SCATTERED).any())
 
     def sampled(self, emitter: int | Emitters, instance: Int32, depth: Int32) -> Bool:
         """(n,) whether a sample of `emitter` lights a surface of `instance` that `depth` bounces lead to."""
         lit: Bool = self.bounces[emitter] >= depth
-        if self._linking is not None:
+        if self.linking is not None:
             group: Int32 = np.broadcast_to(self.group[emitter], instance.shape)
-            lit = lit & self._linking.lights(group, instance)
+            lit = lit & self.linking.lights(group, instance)
         return lit
 
     def met(self, emitter: int | Emitters, ways: Ways) -> Bool:
@@ -115,6 +116,12 @@ class Restrictions:
         lit &= (self.hidden[emitter] & SEEN_AS.take(ways.kind)) == 0
         lit &= ~(self.apart[emitter] & ways.sampled)
         return lit
+
+
+def of_all(count: int) -> Restrictions:
+    """Of emitters that all shine on everyone."""
+    none = np.zeros(count, np.int32)
+    return Restrictions(none.astype(np.uint8), none + UNLIMITED, none, none.astype(np.bool_), None)
 
 
 def restrictions(

@@ -167,8 +167,9 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     @property
     def clear(self) -> NDArray[np.integer | np.bool_]:
         if self._history is not None and "clear" in self._history:
-            return self._column("clear")
-        return (self.kind & RayKind.CAMERA) != 0
+            return self._history["clear"]
+        seen: NDArray[np.bool_] = (self.kind & RayKind.CAMERA) != 0
+        return seen
 
     @property
     def receiver(self) -> Int32:

@@ -13,6 +13,7 @@ from ..core.raykind import RayKind
 from ..core.samplers import Sampler
 from ..scene.scene import Scene
 from ..scene.wave import Rays
+from .catcher_film import Parts
 from .dimensions import LaneSampler
 from .integrator import Integrator
 from .schedule import Unit
@@ -22,12 +23,16 @@ Float32 = NDArray[np.float32]
 
 
 class UnitResult(NamedTuple):
-    """Radiance (3, N) and coverage (N,) of a unit, sample-major: slot = sample · pixels + pixel."""
+    """Radiance (3, N) and coverage (N,) of a unit, sample-major: slot = sample · pixels + pixel.
+
+    `caught` are the parts of it where there are shadow catchers.
+    """
 
     unit: Unit
     radiance: Float32
     alpha: Float32 | None
     rays: dict[str, int]
+    caught: Parts | None = None
 
 
 class Worker:
@@ -45,6 +50,7 @@ class Worker:
         self, scene: Scene, settings: RenderSettings, integrator: Integrator, sampler: Sampler
     ) -> None:
         self._scene = scene.with_pixels(settings.width, settings.height)
+        self._alone = scene.alone.with_pixels(settings.width, settings.height) if scene.alone else None
         self._settings = settings
         self._integrator, self._sampler = integrator, sampler
         self._filter = FilterTable(settings.pixel_filter, settings.filter_width)
@@ -56,7 +62,30 @@ class Worker:
         rays = self.camera_rays(unit, sampler)
         scene = self._scene.for_unit(rays.o.shape[1])
         radiance = self.exposed(self._integrator.sample(scene, rays, sampler))
-        return UnitResult(unit, radiance, scene.alpha, scene.rays)
+        if scene.caught is None or self._alone is None:
+            return UnitResult(unit, radiance, scene.alpha, scene.rays)
+        return UnitResult(unit, radiance, scene.alpha, scene.rays, self.parts(unit, scene, radiance))
+
+    def parts(self, unit: Unit, scene: Scene, radiance: Float32) -> Parts:
+        """The light that catchers send in the whole scene and alone, by the same random numbers."""
+        sampler, caught = self.lane_sampler(unit), scene.caught
+        rays = self.camera_rays(unit, sampler)
+        assert caught is not None
+        assert self._alone is not None
+        rays.tfar[~caught.hit] = -1
+        alone = self._alone.for_unit(rays.o.shape[1])
+        light = self._integrator.sample(alone, rays, sampler)
+        assert alone.caught is not None
+        scene.rays.update(alone.rays)
+        matte = np.where(caught.hit, self.exposed(caught.light), radiance)
+        return Parts(
+            matte=matte,
+            matte_alpha=np.where(caught.hit, caught.alpha, scene.alpha),
+            shaded=radiance - matte,
+            alone=self.exposed((light - alone.caught.light) * caught.beta) * caught.hit,
+            hit=caught.hit.astype(np.float32),
+            sky=None if scene.film_transparent else self.exposed(caught.sky),
+        )
 
     def exposed(self, radiance: Float32) -> Float32:
         """What the film takes of a radiance (3, N): all of it unless the file sets a film exposure."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..core import vectors
 from ..core.raykind import RayKind
 from .accel import FAR
+from .catcher import catch, note_sky
 from .evaluated import evaluated
 from .geometry import SKY
 from .holdout import cut_holes, held
@@ -40,11 +41,16 @@ def found_by(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> 
             sky = scene.world.emission(SkyLanes(d, scene.came(path, escaped), scene.view, o))
             if scene.reach.hidden:
                 sky = sky * sees_world(scene, path, escaped)
-            yield Found(escaped, sky, scene.lights.environment_pdf(d, path.places(escaped)), "sky")
+            reached = Found(escaped, sky, scene.lights.environment_pdf(d, path.places(escaped)), "sky")
+            if scene.caught is not None:
+                note_sky(scene.caught, reached, path)
+            yield reached
     if scene.lights.description.meets_lamps or scene.lights.description.camera_meets_lamps:
         yield from _lamp_emission(scene, rays, found, path)
     if scene.holds_out:  # after the lamps before a holdout, ahead of what it covers
         cut_holes(scene, rays, found, path)
+    if scene.caught is not None:
+        catch(scene, scene.caught, rays, found, path)
     if scene.finds_surfaces:
         lit = np.flatnonzero(scene.surface_emits.take(found.surface))
         if scene.held is not None:

@@ -42,6 +42,7 @@ def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[s
         "transparent surfaces": (scene.transparent_surfaces, "no visible material is transparent"),
         "transparent film": (film_transparent, "the sky is part of the image"),
         "holdouts": (scene.holds_out, "no visible material or object is one"),
+        "shadow catchers": (scene.has_catchers, "no object is one"),
         "light linking": (scene.reach.linking is not None, "every light reaches all objects"),
         "shadow linking": (scene.reach.apart is not None, "every object shades all lights"),
         "ray visibility": (isinstance(scene.accel, Sighted), "every object is seen by all rays"),

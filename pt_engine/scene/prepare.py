@@ -28,6 +28,7 @@ from .attributes import (
     tangent_layer,
     uv_layer,
 )
+from .catcher import with_catchers_alone
 from .displace import displaced
 from .features import ON, features
 from .geometry import BOUND, INSTANCE, Geometry, pack, place
@@ -102,6 +103,8 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     if film_transparent and snapshot.clear_glass >= 0:
         scene.show_through(snapshot.clear_glass)
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
+    if scene.has_catchers:
+        scene.alone = with_catchers_alone(scene, placed)
     scene.features = features(snapshot, scene, film_transparent)
     scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
     scene.build_seconds = time.perf_counter() - started

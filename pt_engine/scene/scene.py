@@ -23,6 +23,7 @@ from . import emission, reach
 from .accel import Accel, Hits
 from .arrivals import Arrivals
 from .attributes import Layer
+from .catcher import Caught, catchers_of
 from .evaluated import evaluated
 from .geometry import SKY, Geometry
 from .holdout import held, only_transparent
@@ -67,6 +68,7 @@ class Scene:
     build_seconds: float
     emissive_prim: Int32
     clear_glass: float = -1.0  # roughness up to which a transparent film shows through glass
+    alone: Scene | None = None  # with shadow catchers alone, where there are any
     unsampled_surfaces: bool = False  # whether some that emit are no lights
     own: OwnObjects | None = None  # where some material traces rays within its own object
     material_names: tuple[str, ...]
@@ -95,6 +97,7 @@ class Scene:
         self.used_batches = [materials.batches[b] for b in np.unique(materials.batch_of[self.used_materials])]
         self.rays: Counter[str] = Counter()
         self.alpha: Float32 | None = None
+        self.caught: Caught | None = None
         self._make_groups()
 
     def with_pixels(self, width: int, height: int) -> Scene:
@@ -111,7 +114,9 @@ class Scene:
         """The same scene with a ray count and, where the film may be clear, a coverage per ray of its own."""
         scene = copy.copy(self)
         scene.rays = Counter()
-        scene.alpha = np.ones(lanes, np.float32) if self.film_transparent or self.holds_out else None
+        clear = self.film_transparent or self.holds_out or self.has_catchers
+        scene.alpha = np.ones(lanes, np.float32) if clear else None
+        scene.caught = Caught(lanes) if self.has_catchers else None
         return scene
 
     def show_through(self, roughness: float) -> None:
@@ -145,6 +150,8 @@ class Scene:
             self.materials.batch_of[surfaces.surface_material]
         ]
         objects = (self.instances.visibility & Visibility.HOLDOUT) != 0
+        self.catchers = catchers_of(self.instances)
+        self.has_catchers = bool(self.catchers.any())
         self.held = objects if objects.any() else None
         self.holds_out = bool(self.surface_holds_out.any() or objects.any())
         passes = [batches[g.batch].has_transparency or batches[g.batch].has_portal for g in self.groups]
@@ -158,6 +165,7 @@ class Scene:
         self.extra_history = needs & {"footprint", "sharpness"}
         asks = reads_path or bool(self.extra_history) or self.lights.by_place is not None
         asks = asks or isinstance(self.accel, Sighted) or self.reach.hidden != 0
+        asks = asks or self.has_catchers  # rays that see them alone are of kinds
         asks = asks or self.lights.restrictions is not None or self.reach.linking is not None
         self.tracks_history = self.transparent_surfaces or asks
         self._looks_around = "traced" in needs

@@ -180,7 +180,8 @@ class Visibility:
 
     CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, SHADOW, VOLUME = 1, 2, 4, 8, 16, 32
     ALL = 63
-    HOLDOUT = 64  # no ray kind: where the camera sees it, the film has a hole
+    # no kinds of rays: where the camera sees it, the film has a hole; or only shadows on it
+    HOLDOUT, CATCHER = 64, 128
 
 
 UNLIMITED = 1024  # bounces
@@ -240,6 +241,8 @@ class LightData:
         It lights no surface that more bounces lead to.
     group : int
         Its set of emitters in `Linking`.
+    real : bool
+        Whether it also shines where shadow catchers are alone.
     graph : Graph or None
         Its node tree, where it has one.
     """
@@ -263,6 +266,7 @@ class LightData:
     visibility: int = Visibility.ALL & ~Visibility.CAMERA
     max_bounces: int = UNLIMITED
     group: int = 0
+    real: bool = True
     graph: Graph | None = None
 
 

@@ -264,6 +264,17 @@ def bulbs(scene):
         linked(f"Bulb {k}", "receiver", Floor="EXCLUDE")(scene)
 
 
+def catching(*names, real=True):
+    """Shadow catchers; a lamp that isn't real shines on other objects only."""
+
+    def change(scene):
+        for name in names:
+            of(name).is_shadow_catcher = True
+        of("Lamp").is_shadow_catcher = real
+
+    return change
+
+
 CASES = {
     "as it is": lambda scene: None,
     **{f"cube unseen by {kind}": hides("Cube", kind) for kind in KINDS},
@@ -299,6 +310,12 @@ CASES = {
     "sun not on box": alone("Sun", linked("Sun", "receiver", Box="EXCLUDE")),
     "shining cube on floor": shining_and(linked("Cube", "receiver", Floor="INCLUDE")),
     "many lamps on some": many(bulbs),
+    "floor catches shadows": catching("Floor"),
+    "floor catches shadows on a clear film": clear_film(catching("Floor")),
+    "floor and cube catch shadows": clear_film(catching("Floor", "Cube")),
+    "floor catches no shadow of a lamp": clear_film(catching("Floor", real=False)),
+    "floor catches light": clear_film(shining_and(catching("Floor"))),
+    "mirror catches shadows": clear_film(catching("Mirror", "Floor"), roughness=0.1),
     "lamp not shaded by cube": alone("Lamp", linked("Lamp", "blocker", Cube="EXCLUDE")),
     "lamp shaded by box alone": alone("Lamp", linked("Lamp", "blocker", Box="INCLUDE")),
     "sun not shaded by cube": alone("Sun", linked("Sun", "blocker", Cube="EXCLUDE")),

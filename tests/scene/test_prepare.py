@@ -12,7 +12,7 @@ from support.rooms import MIRROR, ROUGH, half_transparent
 
 from pt_engine.render.integrator import INTEGRATORS
 from pt_engine.scene.prepare import prepare
-from pt_engine.scene.snapshot import Graph, LightData, Link, Node, Visibility
+from pt_engine.scene.snapshot import Graph, LightData, Link, Node
 
 UP = np.eye(4)
 CAMERA = make.perspective((0, -5, 0), (0, 0, 0))

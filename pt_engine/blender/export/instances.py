@@ -60,7 +60,6 @@ class Collector:
     def __post_init__(self):
         self.view_layer = self.depsgraph.view_layer_eval
         self.links = Links(self.depsgraph)
-        self._seen: dict = {}
         self._slots: dict = {}
         self._mesh_number: dict = {}
         self._graph_needs: dict = {}
@@ -167,10 +166,8 @@ class Collector:
             bits |= Visibility.HOLDOUT
         elif real.indirect_only_get(view_layer=self.depsgraph.view_layer):
             bits &= ~Visibility.CAMERA
-        if owner.is_shadow_catcher and owner.type == "MESH" and owner.name not in self._seen:
-            self._seen[owner.name] = True
-            entry = (f"Object {owner.name}", "shadow catcher", "rendered as an ordinary object")
-            self.unsupported.append(entry)
+        if owner.is_shadow_catcher and owner.type != "LIGHT":
+            bits |= Visibility.CATCHER
         return bits
 
     def table(self, rows, looks, attributes) -> Instances:

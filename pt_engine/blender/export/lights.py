@@ -32,6 +32,7 @@ def export_light(instance, visibility: int, group: int, images, unsupported) -> 
         visibility=visibility,
         max_bounces=min(getattr(cycles, "max_bounces", UNLIMITED), UNLIMITED),
         group=group,
+        real=owner.is_shadow_catcher,
         graph=tree_graph(light, light.name, images, "from_light"),
         **shape(light),
     )
