@@ -29,9 +29,10 @@ from .attributes import (
 )
 from .displace import displaced
 from .features import features
-from .geometry import BOUND, Geometry, pack, place
+from .geometry import BOUND, Geometry
 from .lamp_shader import LampShader
 from .own import OwnObjects, looking_at_themselves
+from .placing import build, may_share
 from .scene import Scene
 from .snapshot import CameraData, Snapshot, Visibility
 from .world_light import environment
@@ -61,11 +62,9 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     rest = snapshot
     snapshot = displaced(snapshot, materials, shading_layers)
     view = view_of(snapshot.camera)
-    placed = place(snapshot)
-    accel = Accel(placed.vertices, placed.triangles)
     selves = looking_at_themselves(snapshot, materials)
+    placed, accel, geometry = build(snapshot, may_share(snapshot, materials, selves))
     own = OwnObjects(placed, selves) if selves else None
-    geometry = pack(snapshot, placed)
     prim, triangles = emissive_triangles(geometry, materials)
     lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
     lights = Lights(
@@ -110,8 +109,9 @@ def finish(scene: Scene) -> None:
 def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32, TriangleEmitters | None]:
     """The triangles whose material emits: their numbers (also put in their records), and their table."""
     none = np.zeros(0, np.int32), None
-    emits = materials.emission_varies | (materials.emission_constant != 0).any(axis=1)
-    surface_emits = (geometry.surface_material >= 0) & emits[geometry.surface_material]  # never the sky's
+    surface_emits = (geometry.surface_material >= 0) & materials.emits[
+        geometry.surface_material
+    ]  # never the sky's
     if not surface_emits.any():
         return none
     prim = np.flatnonzero(surface_emits[geometry.surface])

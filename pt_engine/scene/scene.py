@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from ..nodes.world import WorldProgram
     from ..render.path_state import PathState
     from ..textures.images import TextureStore
+    from .nested import Nested
     from .own import OwnObjects
 
 Float32 = NDArray[np.float32]
@@ -68,7 +69,7 @@ class Scene:
     def __init__(
         self,
         geometry: Geometry,
-        accel: Accel,
+        accel: Accel | Nested,
         instances: Instances,
         layers: dict[tuple[str, str], Layer],
         materials: Materials,
@@ -126,8 +127,9 @@ class Scene:
             ],
             np.uint8 if self.dead < 255 else np.uint16,
         )
-        emits = self.materials.emission_varies | (self.materials.emission_constant != 0).any(axis=1)
-        self.surface_emits = (surfaces.surface_material >= 0) & emits[surfaces.surface_material]
+        self.surface_emits = (surfaces.surface_material >= 0) & self.materials.emits[
+            surfaces.surface_material
+        ]
         holds_out = np.array([batch.has_holdout for batch in batches], np.bool_)
         self.surface_holds_out = (surfaces.surface_material >= 0) & holds_out[
             self.materials.batch_of[surfaces.surface_material]
