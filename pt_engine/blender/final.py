@@ -8,8 +8,10 @@ from itertools import chain
 import bpy
 
 from ..render import integrators  # noqa: F401  fills the registry
+from ..render.memory import check_film, fitted, room, room_for_scene
 from ..render.progressive import render
 from ..render.stats import statistics
+from ..scene.memory import snapshot_bytes
 from ..scene.prepare import prepare
 from .export import export_scene
 from .nonfinite import add_commands, headline, lines
@@ -30,12 +32,20 @@ def final_render(engine, depsgraph) -> None:
     if scene.render.use_multiview:
         raise Refusal("stereoscopy is not supported: switch it off in the output properties")
     settings = settings_of(scene, engine.resolution_x, engine.resolution_y)
+    limit = scene.pt_engine.memory_limit << 20
+    check_film(settings, room(limit))
 
     engine.update_stats("", "Exporting the scene")
     snapshot = export_scene(depsgraph)
     exported = time.perf_counter()
     engine.update_stats("", "Preparing the scene")
-    prepared = prepare(snapshot, settings.film_transparent, scene.pt_engine.texture_memory << 20)
+    prepared = prepare(
+        snapshot,
+        settings.film_transparent,
+        scene.pt_engine.texture_memory << 20,
+        room_for_scene(settings, room(limit, snapshot_bytes(snapshot))),
+    )
+    settings = fitted(settings, room(limit, prepared.bytes))
     record.coverage = tuple(dict.fromkeys(chain(record.coverage, prepared.coverage)))
     tell_coverage(engine, prepared.coverage, scene.pt_engine.strict)
     if Session.observer.takes_over(prepared, settings):

@@ -31,6 +31,7 @@ from .displace import displaced
 from .features import features
 from .geometry import BOUND, Geometry
 from .lamp_shader import LampShader
+from .memory import fitted, need, snapshot_bytes
 from .own import OwnObjects, looking_at_themselves
 from .placing import build, may_share
 from .scene import Scene
@@ -40,7 +41,9 @@ from .world_light import environment
 Int32 = NDArray[np.int32]
 
 
-def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: int = 0) -> Scene:
+def prepare(
+    snapshot: Snapshot, film_transparent: bool = False, texture_memory: int = 0, memory: int | None = None
+) -> Scene:
     """Compile a snapshot into what integrators render.
 
     Parameters
@@ -49,11 +52,15 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     film_transparent : bool
     texture_memory : int
         Bytes that the texels of all images together may take; 0 for no limit.
+    memory : int, optional
+        Bytes that there are for the scene: instances that would not fit are not placed, which is slower.
 
     Raises
     ------
+    TooLarge
+        It does not fit however it is placed.
     MemoryError
-        More than 2³¹ triangles.
+        More than 2³¹ triangles with records of their own.
     """
     started = time.perf_counter()
     textures = TextureStore(snapshot.images, snapshot.ocio_config, texture_memory)
@@ -63,7 +70,9 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     snapshot = displaced(snapshot, materials, shading_layers)
     view = view_of(snapshot.camera)
     selves = looking_at_themselves(snapshot, materials)
-    placed, accel, geometry = build(snapshot, may_share(snapshot, materials, selves))
+    room = None if memory is None else memory - textures.statistics()["bytes"]
+    sharing = fitted(snapshot, may_share(snapshot, materials, selves), materials.needs, room)
+    placed, accel, geometry = build(snapshot, sharing)
     own = OwnObjects(placed, selves) if selves else None
     prim, triangles = emissive_triangles(geometry, materials)
     lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
@@ -94,6 +103,8 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
     scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
     scene.features = features(snapshot, scene, film_transparent)
+    scene.bytes = snapshot_bytes(snapshot) + need(snapshot, sharing, materials.needs).kept
+    scene.bytes += textures.statistics()["bytes"]
     scene.build_seconds = time.perf_counter() - started
     return scene
 
@@ -147,8 +158,8 @@ def shading_layers(
     normals = normal_layer(snapshot, geometry)
     if normals is not None:
         layers["normal", ""] = normals
-    for need in needs:
-        kind, _, name = need.partition(":")
+    for wanted in needs:
+        kind, _, name = wanted.partition(":")
         if kind == "uv":
             layers["uv", name] = uv_layer(snapshot, geometry, name)
         elif kind == "tangent":

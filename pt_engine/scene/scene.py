@@ -62,6 +62,7 @@ class Scene:
     textures: TextureStore
     coverage: list[Coverage]
     build_seconds: float
+    bytes: int  # that it takes, about
     emissive_prim: Int32
     own: OwnObjects | None = None  # where some material traces rays within its own object
     material_names: tuple[str, ...]
