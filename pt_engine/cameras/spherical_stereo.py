@@ -32,8 +32,9 @@ def of_eye(eye: Stereo, d: Float32, up: Float32) -> tuple[Float32, Float32]:
     offset, direction : (3, N) float32
     """
     side = cross(d, up)
-    length = np.sqrt(dot(side, side))
-    offset = side * (np.float32(eye.offset) * _fade(eye, dot(d, up)) / np.maximum(length, np.float32(1e-12)))
+    length = np.maximum(np.sqrt(dot(side, side)), np.float32(1e-12))
+    reach: Float32 = np.float32(eye.offset) * _fade(eye, dot(d, up)) / length
+    offset = side * reach
     if not np.isfinite(eye.convergence):
         return offset, d
     return offset, normalize(np.float32(eye.convergence) * d - offset)
