@@ -33,11 +33,14 @@ def of_eye(eye: Stereo, d: Float32, up: Float32) -> tuple[Float32, Float32]:
     """
     side = cross(d, up)
     length = np.maximum(np.sqrt(dot(side, side)), np.float32(1e-12))
-    reach: Float32 = np.float32(eye.offset) * _fade(eye, dot(d, up)) / length
-    offset = side * reach
+    reach: Float32 = _fade(eye, dot(d, up))
+    reach *= np.float32(eye.offset)
+    reach /= length
+    offset: Float32 = side * reach
     if not np.isfinite(eye.convergence):
         return offset, d
-    return offset, normalize(np.float32(eye.convergence) * d - offset)
+    toward: Float32 = d * np.float32(eye.convergence) - offset
+    return offset, normalize(toward)
 
 
 def _fade(eye: Stereo, sine: Float32) -> Float32:
