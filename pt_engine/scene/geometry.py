@@ -114,10 +114,13 @@ class Placed(NamedTuple):
     dropped: int
 
 
-def place(snapshot: Snapshot) -> Placed:
-    """Transform every instance's vertices in float64, relative to the scene's centre."""
+def place(snapshot: Snapshot, frame: tuple[Float64, float] | None = None) -> Placed:
+    """Transform every instance's vertices in float64, relative to the scene's centre.
+
+    `frame` is the centre and radius to use in place of the instances' own.
+    """
     meshes, instances = snapshot.meshes, snapshot.instances
-    origin, radius = bounds(meshes, instances)
+    origin, radius = frame or bounds(meshes, instances)
     vertex_counts = np.array([len(meshes[m].vertices) for m in instances.mesh], np.int64)
     triangle_counts = np.array([len(meshes[m].triangles) for m in instances.mesh], np.int64)
     first_vertex = np.concatenate([[0], np.cumsum(vertex_counts)])

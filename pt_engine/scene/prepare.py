@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +32,10 @@ from .displace import displaced
 from .features import features
 from .geometry import BOUND, Geometry, pack, place
 from .lamp_shader import LampShader
+from .movement import moving_last
 from .own import OwnObjects, looking_at_themselves
 from .scene import Scene
+from .slices import Slices
 from .snapshot import CameraData, Snapshot, Visibility
 from .world_light import environment
 
@@ -58,29 +61,32 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     textures = TextureStore(snapshot.images, snapshot.ocio_config, texture_memory)
     materials = compile_materials(snapshot.materials, textures=textures)
     world = compile_world(snapshot.world, textures=textures)
-    rest = snapshot
-    snapshot = displaced(snapshot, materials, shading_layers)
+    rest = moving_last(snapshot)
+    snapshot = displaced(rest, materials, shading_layers)
+    motion = snapshot.motion
+    slices = Slices(motion, snapshot, rest, materials, shading_layers) if motion is not None else None
     view = view_of(snapshot.camera)
     placed = place(snapshot)
-    accel = Accel(placed.vertices, placed.triangles)
+    accel = Accel(placed.vertices, placed.triangles) if slices is None else slices.tree(placed)
     selves = looking_at_themselves(snapshot, materials)
     own = OwnObjects(placed, selves) if selves else None
     geometry = pack(snapshot, placed)
     prim, triangles = emissive_triangles(geometry, materials)
     lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
-    lights = Lights(
+    make_lights = partial(
+        Lights,
         snapshot.lights,
         np.array([program.constant for program in lamp_programs], np.float64).reshape(-1, 3),
         geometry.origin,
-        triangles,
-        environment(world, view),
-        geometry.radius,
-        [
+        environment=environment(world, view),
+        scene_radius=geometry.radius,
+        shaders=[
             LampShader(program.batch, lamp, geometry.origin, geometry.radius, view) if program.batch else None
             for program, lamp in zip(lamp_programs, snapshot.lights, strict=True)
         ],
         surfaces=to_light(geometry, materials),
     )
+    lights = make_lights(triangles=triangles)
     geometry.release()
     layers = shading_layers(snapshot, geometry, materials.needs)
     if "rest" in materials.needs:
@@ -95,6 +101,9 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
     scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
     scene.features = features(snapshot, scene, film_transparent)
+    if slices is not None:
+        scene.slices = slices
+        slices.start(scene, make_lights, triangles)
     scene.build_seconds = time.perf_counter() - started
     return scene
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,6 +35,14 @@ class Transforms:
             self._offset = offset.astype(np.float32)
             self._place = (matrix[:, :3, 3] - origin).astype(np.float32)
             self._location = matrix[:, :3, 3].astype(np.float32)
+
+    def with_last(self, matrix: Float64, origin: Float64) -> Transforms:
+        """The same with other matrices (M, 4, 4) for the last M instances."""
+        moved, joined = Transforms(matrix, origin), copy.copy(self)
+        for name, last in vars(moved).items():
+            rows = vars(self)[name]
+            setattr(joined, name, np.concatenate([rows[: len(rows) - len(last)], last]))
+        return joined
 
     def vector_to_world(self, w: Float32, instance: Int32) -> Float32:
         """(3, N) object-space vectors in world space."""
