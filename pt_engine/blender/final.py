@@ -32,7 +32,7 @@ def final_render(engine, depsgraph) -> None:
     settings = settings_of(scene, engine.resolution_x, engine.resolution_y)
 
     engine.update_stats("", "Exporting the scene")
-    snapshot = export_scene(depsgraph)
+    snapshot = export_scene(depsgraph, frame_set=engine.frame_set)
     exported = time.perf_counter()
     engine.update_stats("", "Preparing the scene")
     prepared = prepare(snapshot, settings.film_transparent, scene.pt_engine.texture_memory << 20)
