@@ -96,10 +96,10 @@ class MotionReader:
             shape.problem = "adaptive subdivision: sharp where it deforms"
         return shape
 
-    def read(self, camera, render, size) -> tuple[Motion | None, Instances]:
+    def read(self, camera, middle: CameraData, render, size) -> tuple[Motion | None, Instances]:
         """The motion, and the instances without particles that come or go.
 
-        `camera` is the evaluated camera; `render` and `size` are for its framing.
+        `camera` is the evaluated camera, `middle` what it is now; `render` and `size` are for its framing.
         """
         of_camera = steps_of(camera, None)
         finest = max([mover.steps for mover in self.movers.values()] + [of_camera])
@@ -108,9 +108,11 @@ class MotionReader:
         cameras: dict[int, CameraData] = {}
         original = camera.original
         for time in range(finest):
-            if 2 * time != finest - 1:
-                self.shutter.go(2 * time / (finest - 1) - 1)
-                self.look(time, finest)
+            if 2 * time == finest - 1:
+                cameras[time] = middle
+                continue
+            self.shutter.go(2 * time / (finest - 1) - 1)
+            self.look(time, finest)
             if of_camera and falls_on(time, finest, of_camera):
                 there = original.evaluated_get(self.depsgraph)
                 cameras[time] = export_camera(there, render, size=size, unsupported=[])
@@ -118,7 +120,7 @@ class MotionReader:
         instances, moved = self.moved(finest)
         meshes = tuple(m for number, shape in self.shapes.items() if (m := self.deformed(number, shape, finest)))
         path = tuple(cameras[time] for time in sorted(cameras))
-        path = path if any(not same(path[0], other) for other in path) else ()
+        path = path if any(not same(middle, other) for other in path) else ()
         still = not (moved or meshes or path)
         return None if still else Motion(self.shutter.openness, moved, meshes, path), instances
 

@@ -60,7 +60,7 @@ def export_moment(depsgraph, camera, size, shutter: Shutter, frame: int) -> Snap
     motion, framed = None, export_camera(camera, scene.render, size=size, unsupported=unsupported)
     if shutter.on:
         reader = MotionReader(depsgraph, shutter, collector.rows, instances, collector.meshes)
-        motion, instances = reader.read(camera, scene.render, size)
+        motion, instances = reader.read(camera, framed, scene.render, size)
         unsupported += reader.unsupported
     return Snapshot(
         meshes=tuple(collector.meshes),

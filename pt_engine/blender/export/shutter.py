@@ -37,7 +37,8 @@ class Shutter:
         render = scene.render
         self.length = float(render.motion_blur_shutter)
         self.on = bool(frame_set and render.use_motion_blur and self.length > 0.0 and may_move(scene))
-        self._frame_set, self._now = frame_set, (scene.frame_current, scene.frame_subframe)
+        self._frame_set = frame_set
+        self._at = self._now = (scene.frame_current, scene.frame_subframe)
         position = getattr(render, "motion_blur_position", None)
         if position is None:
             position = getattr(getattr(scene, "cycles", None), "motion_blur_position", "CENTER")
@@ -45,19 +46,32 @@ class Shutter:
         self.openness = curve(render) if self.on else None
 
     def __enter__(self) -> Shutter:
-        if self.on and self.middle != sum(self._now):
-            self.go(0.0)
+        try:
+            if self.on:
+                self.go(0.0)
+        except BaseException:
+            self.back()
+            raise
         return self
 
     def __exit__(self, *failure) -> None:
-        if self.on:
-            self._frame_set(*self._now)
+        self.back()
 
     def go(self, place: float) -> None:
         """To a time between −1, the opening, and 1, the closing."""
         time = self.middle + place * self.length / 2
         frame = math.floor(time)
-        self._frame_set(frame, time - frame)
+        self._set(frame, time - frame)
+
+    def back(self) -> None:
+        """To the frame where the scene was."""
+        self._set(*self._now)
+
+    def _set(self, *time) -> None:
+        if self._at != time:
+            self._at = ()  # where a failure leaves it is not known
+            self._frame_set(*time)
+            self._at = time
 
 
 def curve(render):
