@@ -9,6 +9,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 from mathutils import Euler  # noqa: E402
+from support.bpy_motion import animate  # noqa: E402
 from support.bpy_nodes import with_nodes  # noqa: E402
 from support.bpy_scenes import add, cube, empty_scene, mesh  # noqa: E402
 from support.cycles import by_cycles, by_engine  # noqa: E402
@@ -53,23 +54,6 @@ def box(name="Box", size=2.0):
     data = cube(name, size)
     data.materials.append(material(name, (0.8, 0.3, 0.1)))
     return add(data, name)
-
-
-def animate(owner, path, values, frames=(1, 2, 3)):
-    """Keyframes with straight lines between them."""
-    for frame, value in zip(frames, values, strict=True):
-        setattr(owner, path, value)
-        owner.keyframe_insert(path, frame=frame)
-    action = owner.id_data.animation_data.action
-    for curve in curves_of(action):
-        for key in curve.keyframe_points:
-            key.interpolation = "LINEAR"
-
-
-def curves_of(action):
-    if hasattr(action, "fcurves"):
-        return list(action.fcurves)
-    return [c for layer in action.layers for strip in layer.strips for bag in strip.channelbags for c in bag.fcurves]
 
 
 def agree(scene, folder, theirs=THEIRS, ours=OURS):
@@ -129,6 +113,47 @@ def test_instances(scene, tmp_path):
     empty = add(None, "Empty", instance_type="COLLECTION")
     empty.instance_collection = collection
     animate(empty, "rotation_euler", [(0, 0, -0.4), (0, 0, 0), (0, 0, 0.6)])
+    agree(scene, tmp_path)
+
+
+def test_instances_of_geometry_nodes(scene, tmp_path):
+    """On the points of a plane that turns, and moved by the nodes themselves."""
+    grain = box("Grain", 0.5)
+    grain.location = (0, 50, 0)
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=3, y_subdivisions=2, size=4)
+    owner = bpy.context.object
+    tree = bpy.data.node_groups.new("On points", "GeometryNodeTree")
+    for direction in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=direction, socket_type="NodeSocketGeometry")
+    start, end, place, info, along = (
+        tree.nodes.new(kind)
+        for kind in ("NodeGroupInput", "NodeGroupOutput", "GeometryNodeInstanceOnPoints", "GeometryNodeObjectInfo",
+                     "GeometryNodeTransform")
+    )  # fmt: skip
+    info.inputs["Object"].default_value, info.inputs["As Instance"].default_value = grain, True
+    for source, target in (
+        (start.outputs[0], place.inputs["Points"]),
+        (info.outputs["Geometry"], place.inputs["Instance"]),
+        (place.outputs[0], along.inputs[0]),
+        (along.outputs[0], end.inputs[0]),
+    ):
+        tree.links.new(source, target)
+    owner.modifiers.new("On points", "NODES").node_group = tree
+    animate(owner, "rotation_euler", [(0, 0, -0.3), (0, 0, 0), (0, 0, 0.3)])
+    animate(along.inputs["Translation"], "default_value", [(0, 0, 0), (0, 0, 0.7), (0, 0, 1.4)])
+    agree(scene, tmp_path)
+
+
+@pytest.mark.parametrize("when", ["comes", "goes"])
+def test_what_comes_or_goes(scene, tmp_path, when):
+    """It is there in the middle of the shutter's time, but not at its beginning or at its end."""
+    owner = box()
+    animate(owner, "location", [(-2, 0, 0), (0, 0, 0.5), (2, 1, 1)])
+    hidden = (True, False, False) if when == "comes" else (False, False, True)
+    for frame, state in zip((1, 2, 2.4), hidden, strict=True):
+        owner.hide_render = owner.hide_viewport = state
+        owner.keyframe_insert("hide_render", frame=frame)
+        owner.keyframe_insert("hide_viewport", frame=frame)
     agree(scene, tmp_path)
 
 

@@ -9,12 +9,16 @@ import pytest
 from support import scenes as make
 from support.motion import moving
 
-SIZE = 32
+from pt_engine.render.progressive import render
+from pt_engine.render.settings import RenderSettings
+from pt_engine.scene.prepare import prepare
+
+SIZE = 20
 QUADRATURE = (np.arange(64) + 0.5) / 64  # places across a pixel
 SHINING = make.emission(1.0)
 
 
-def seen(snapshot, samples=256, **settings):
+def seen(snapshot, samples=128, **settings):
     """Radiance by column, and its standard error, of the middle rows' mean."""
     result = make.rendered(snapshot, SIZE, samples=samples, **settings)
     rows = slice(SIZE // 2 - 2, SIZE // 2 + 2)
@@ -30,10 +34,9 @@ def columns(share, left=-2.0, right=2.0):
 
 
 def assert_agree(found, expected, z=4.5):
-    """Within z standard errors; the floor is the sharpness of a 256-sample mean near 0 and 1."""
+    """Within z standard errors; below 1/128, where all samples may agree by chance, those say nothing."""
     value, error = found
-    assert np.abs(value - expected).max() > 0 or (expected == value).all()
-    np.testing.assert_array_less(np.abs(value - expected), z * error + 6e-3)
+    np.testing.assert_array_less(np.abs(value - expected), z * error + 1.5 / 128)
 
 
 def crossing(shutter=(1, 1)):
@@ -116,9 +119,9 @@ def test_a_half_turn_sweeps_the_whole_disc():
     e = 0.1
     needle = make.mesh([(0, -e, 0), (2, -e, 0), (2, e, 0), (0, e, 0)], [(0, 1, 2), (0, 2, 3)])
     snapshot = make.scene([(needle, np.eye(4), SHINING)], make.orthographic((0, 0, 5), (0, 0, 0), 4.0))
-    result = make.rendered(moving(snapshot, {0: [np.eye(4), turn(np.pi)]}), SIZE, samples=512, sampler="sobol")
+    result = make.rendered(moving(snapshot, {0: [np.eye(4), turn(np.pi)]}), 32, samples=128, sampler="sobol")
     image = result.image()[..., 0]
-    y, x = (np.mgrid[:SIZE, :SIZE] + 0.5) / SIZE * 4 - 2
+    y, x = (np.mgrid[:32, :32] + 0.5) / 32 * 4 - 2
     r = np.hypot(x, y)
     ring = (r > 0.8) & (r < 1.7)
     angle = np.arctan2(y, x)
@@ -127,16 +130,17 @@ def test_a_half_turn_sweeps_the_whole_disc():
     expected = (2 * np.arcsin(e / r[swept]) / np.pi).mean()
     # one side of the diameter or the other: both are a half turn, but never some of each
     assert min(upper, lower) == 0
-    assert abs(max(upper, lower) - expected) < 0.02 * expected
+    assert abs(max(upper, lower) - expected) < 0.03 * expected  # of the needle's 128 places
 
 
 def test_the_mean_over_seeds_is_the_integral_over_time_whatever_the_number_of_samples():
     """Two samples a pixel: fixed times would see two copies, random ones the ramp, on average."""
-    images = [make.rendered(crossing(), SIZE, samples=2, seed=k, sampler="sobol").image() for k in range(96)]
-    value = np.mean([image[14:18, :, 0].mean(axis=0) for image in images], axis=0)
-    error = np.std([image[14:18, :, 0].mean(axis=0) for image in images], axis=0) / np.sqrt(96)
+    scene, n = prepare(crossing()), 64
+    settings = [RenderSettings(SIZE, SIZE, samples=2, seed=k, threads=1, pixel_filter="BOX") for k in range(n)]
+    rows = np.array([render(scene, one).image()[8:12, :, 0].mean(axis=0) for one in settings])
+    value, error = rows.mean(axis=0), rows.std(axis=0) / np.sqrt(n)
     expected = columns(lambda x: np.maximum(1 - np.abs(x), 0))
-    np.testing.assert_array_less(np.abs(value - expected), 4.5 * error + 0.02)
+    np.testing.assert_array_less(np.abs(value - expected), 4.5 * error + 1.5 / n)
 
 
 def test_sobol_times_are_stratified():

@@ -1,8 +1,9 @@
 """What moves while the shutter is open, read at several times of it.
 
-Instances are known again at another time by their object, their instancer and their persistent id, as in
-Cycles. Who is missing at a time stands still then where it is in the middle; a particle that is missing is not
-rendered at all. A mesh whose corners change keeps the shape of the middle.
+Instances are known again at another time by their object, their instancer and their persistent id. What is
+missing at a time is then where it is in the middle; missing at the end, it goes the rest of its way in all of the
+time; a particle that is missing is not rendered at all. All of that is as in Cycles. A mesh whose corners
+change keeps the shape of the middle.
 """
 
 from __future__ import annotations
@@ -172,11 +173,11 @@ class MotionReader:
                 continue
             path = np.array([found.get(time, middle) for time in times])
             if absent:
-                where = f"Object {self.instances.names[mover.row]}"
-                effect = "stands still at the times when it isn't there"
-                self.unsupported.append((where, "appears or vanishes while the shutter is open", effect))
+                self.note_absent(mover.row)
+            if absent and absent[-1] == times[-1] and (path != middle).any():
+                path = path[:-1]
             if (path != middle).any():
-                paths.setdefault(mover.steps, []).append((mover.row, path))
+                paths.setdefault(len(path), []).append((mover.row, path))
         kept = np.setdiff1d(np.arange(len(self.instances.mesh)), gone)
         place = np.zeros(len(self.instances.mesh), np.int32)
         place[kept] = np.arange(len(kept))
@@ -185,6 +186,11 @@ class MotionReader:
             for rows in paths.values()
         )
         return (some_instances(self.instances, kept) if gone else self.instances), motions
+
+    def note_absent(self, row: int) -> None:
+        """Say what becomes of an instance that is not there all the time."""
+        where, what = f"Object {self.instances.names[row]}", "appears or vanishes while the shutter is open"
+        self.unsupported.append((where, what, "is there all the time, on a path made of what is known"))
 
     def deformed(self, number: int, shape: Shape, finest: int) -> MeshMotion | None:
         """The shapes of a mesh; None where it has but one."""

@@ -101,13 +101,17 @@ def may_move(scene) -> bool:
 
 def steps_of(owner, parent) -> int:
     """How often an object is looked at; 0 where its motion is not to be blurred."""
-    settings = [getattr(item, "cycles", None) for item in (owner, parent) if item is not None]
+    settings = cycles_settings(owner, parent)
     if not all(getattr(item, "use_motion_blur", True) for item in settings):
         return 0
-    return 2 ** max(1, *(getattr(item, "motion_steps", 1) for item in settings), 1) + 1
+    return 2 ** max(1, *(getattr(item, "motion_steps", 1) for item in settings)) + 1
 
 
 def deforms(owner, parent) -> bool:
     """Whether an object's change of shape is to be blurred."""
-    settings = [getattr(item, "cycles", None) for item in (owner, parent) if item is not None]
-    return all(getattr(item, "use_deform_motion", True) for item in settings)
+    return all(getattr(item, "use_deform_motion", True) for item in cycles_settings(owner, parent))
+
+
+def cycles_settings(owner, parent) -> list:
+    """Cycles' settings of an object and of its instancer (None without one), which both count."""
+    return [getattr(item.original, "cycles", None) for item in (owner, parent) if item is not None]
