@@ -1,10 +1,10 @@
 """What a moment of the shutter costs: what moves in a tree of its own, or everything built anew.
 
 A floor of bumps that stands still, and balls that move over it under a grey sky. *Slice* is what `Slices.at`
-takes for one moment, *whole* the placing, Embree's build and the records of all triangles, which it replaces; both
-in CPU time, the best of some. *One tree* and *two trees* are what a sample (six edges at most) takes in the scene
-standing still and in a slice of it, without the building: rays are sent through both trees. Memory is what
-each slice that is kept adds to the process.
+takes for one moment, *whole* the placing, Embree's build and the records of all triangles, which it replaces;
+both in CPU time, the best of some. *One tree* and *two trees* are what a sample (six edges at most) takes in
+the scene standing still and in a slice of it, without the building: rays are sent through both trees. Memory
+is what each slice that is kept adds to the process.
 """
 
 from __future__ import annotations
@@ -135,7 +135,9 @@ def flying(case: Case) -> Snapshot:
     ball = make.sphere(1.0, case.rings)
     random = np.random.default_rng(1)
     size = 1.2 / case.balls ** (1 / 3)
-    places = random.uniform((-3, -3, 1), (3, 3, 3), (case.balls, 3)) if case.balls > 1 else np.array([[0, 0, 1.5]])
+    places = (
+        random.uniform((-3, -3, 1), (3, 3, 3), (case.balls, 3)) if case.balls > 1 else np.array([[0, 0, 1.5]])
+    )
     steps = np.zeros((case.balls, 3, 4, 4))
     steps[..., :3, :3] = np.eye(3) * size
     steps[..., 3, 3] = 1
@@ -144,7 +146,9 @@ def flying(case: Case) -> Snapshot:
         [(floor, np.eye(4), make.diffuse(0.5)), (ball, np.eye(4), make.diffuse(0.8, "ball"))],
         make.perspective((0, -9, 6), (0, 0, 0), 0.5), sky=make.world(1.0),
     )  # fmt: skip
-    motion = Motion(np.ones(2, np.float32), (InstanceMotion(np.arange(1, case.balls + 1, dtype=np.int32), steps),))
+    motion = Motion(
+        np.ones(2, np.float32), (InstanceMotion(np.arange(1, case.balls + 1, dtype=np.int32), steps),)
+    )
     if case.deform:
         shapes = np.stack([ball.vertices * np.float32([1, 1, s]) for s in (0.5, 1, 1.5)])
         motion = replace(motion, meshes=(MeshMotion(1, shapes, np.stack([ball.normals] * 3)),))
@@ -156,8 +160,9 @@ def placed_balls(rows: Instances, matrix: Any) -> Instances:
     n = len(matrix)
     index = np.concatenate([[0], np.ones(n, int)])
     return Instances(
-        rows.mesh[index], np.concatenate([rows.matrix[:1], matrix]), rows.materials[index], rows.random[index],
-        rows.color[index], rows.pass_index[index], rows.visibility[index], ("floor", *["ball"] * n),
+        rows.mesh[index], np.concatenate([rows.matrix[:1], matrix]), rows.materials[index],
+        rows.random[index], rows.color[index], rows.pass_index[index], rows.visibility[index],
+        ("floor", *["ball"] * n),
     )  # fmt: skip
 
 

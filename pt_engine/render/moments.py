@@ -10,11 +10,11 @@ run of samples in the place of the sample:
   sum over some fixed times; with Sobol numbers, any power of two of runs is stratified.
 - It depends on seed, pixel and sample number alone: neither threads nor tiles nor the range of samples change
   it, films of disjoint ranges merge, and a replay finds the same moment.
-- Pixels belong to crowds by a hash, and each crowd has times of its own. So what moves is dithered between many
-  more moments than a pixel has samples, and does not show as that many copies.
+- Pixels belong to crowds by a hash, and each crowd has times of its own. So what moves is dithered between
+  many more moments than a pixel has samples, and does not show as that many copies.
 
-Where little moves, a run is one sample and there are many crowds; where much moves, what is built for a slice has
-to serve more samples. Both numbers come from the scene and the image's full size alone.
+Where little moves, a run is one sample and there are many crowds; where much moves, what is built for a slice
+has to serve more samples. Both numbers come from the scene and the image's full size alone.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class Moments:
         return [order[crowd == k] for k in np.unique(crowd)]
 
     def parts(self, unit: Unit) -> Iterator[Part]:
-        """A unit cut into what sees the same moment; whoever cuts units by `groups` and runs gets one part."""
+        """A unit cut into what sees one moment; those cut by `groups` and runs already are one part."""
         crowd = self._crowd(unit.pixels)
         present = np.unique(crowd)
         end = unit.first + unit.spp

@@ -100,7 +100,7 @@ def replay(scene: Scene, settings: RenderSettings, x: int, y: int, sample: int) 
     seen = worker.scene_of(unit)
     rays = worker.camera_rays(unit, lanes, seen.camera)
     recorder = Recorder(seen.for_unit(1))
-    time = {} if seen.time is None else {"time": seen.time}
+    time: dict[str, Any] = {} if seen.time is None else {"time": seen.time}
     recorder.note("camera ray", origin=rays.o[:, 0] + scene.origin32[:, 0], direction=rays.d[:, 0], **time)
     gathered = integrator.sample(cast(Scene, recorder), rays, lanes)
     radiance = worker.exposed(gathered)

@@ -1,10 +1,10 @@
 """Matrices between time steps: taken apart, blended, and put together again.
 
-    M = T · R · S        translation, rotation (a unit quaternion w, x, y, z), scale with shear (upper triangular)
+    M = T · R · S        translation, rotation (a unit quaternion w, x, y, z), scale and shear (upper triangular)
 
-T and S are blended linearly, R along the shorter great circle (Shoemake 1985). So a rotation keeps its size and
-a mirrored object stays mirrored; it is also how Cycles does it. An axis that has shrunk to nothing takes the
-direction that the other two leave, an object that has shrunk to nothing its neighbour step's rotation.
+T and S are blended linearly, R along the shorter great circle (Shoemake 1985). So a rotation keeps its size
+and a mirrored object stays mirrored; it is also how Cycles does it. An axis that has shrunk to nothing takes
+the direction that the other two leave, an object that has shrunk to nothing its neighbour step's rotation.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ def dot(a: Float64, b: Float64) -> Float64:
 
 
 def quaternion(r: Float64) -> Float64:
-    """(..., 4) unit quaternions of rotations: the row of 4 q qᵀ with the largest diagonal, whose sign it has."""
+    """(..., 4) unit quaternions of rotations: the row of 4 q qᵀ with the largest diagonal, made positive."""
     one = np.ones(r.shape[:-2])
     xx, yy, zz = r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]
     wx, wy, wz = r[..., 2, 1] - r[..., 1, 2], r[..., 0, 2] - r[..., 2, 0], r[..., 1, 0] - r[..., 0, 1]

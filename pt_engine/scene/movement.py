@@ -1,7 +1,8 @@
 """What a snapshot's moving parts are like at any time while the shutter is open.
 
 Instances that move come last (`moving_last`), so that all the rest of a scene can stay as it is. Matrices are
-blended as in `matrix_path`, vertices, normals and the camera's framing and focus linearly between their steps.
+blended as in `matrix_path`, vertices, normals and the camera's framing and focus linearly between their
+steps.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .matrix_path import MatrixPath, blend, step
+from .matrix_path import MatrixPath, step
 from .snapshot import CameraData, Instances, MeshData, Motion, Snapshot
 
 Float32 = NDArray[np.float32]
@@ -113,20 +114,23 @@ class Movement:
         cameras = self._motion.cameras
         first, part = step(time, len(cameras))
         a, b = cameras[first], cameras[first + 1]
-        left, right, bottom, top = (
-            blend(x, y, part) for x, y in zip(a.frame, b.frame, strict=True)
-        )
+
+        def on_the_way(x: float, y: float) -> float:
+            return (1 - part) * x + part * y
+
+        left, right, bottom, top = (on_the_way(x, y) for x, y in zip(a.frame, b.frame, strict=True))
         return replace(
             self._snapshot.camera,
             matrix=self._camera_path.at(time)[0],
             frame=(left, right, bottom, top),
-            aperture_radius=blend(a.aperture_radius, b.aperture_radius, part),
-            focus_distance=blend(a.focus_distance, b.focus_distance, part),
-            fisheye_fov=blend(a.fisheye_fov, b.fisheye_fov, part),
+            aperture_radius=on_the_way(a.aperture_radius, b.aperture_radius),
+            focus_distance=on_the_way(a.focus_distance, b.focus_distance),
+            fisheye_fov=on_the_way(a.fisheye_fov, b.fisheye_fov),
         )
 
 
 def between(steps: Float32, first: int, part: float) -> Float32:
     """(n, 3) what lies `part` of the way between two of some steps (K, n, 3)."""
     weight = np.float32(part)
-    return steps[first] * (np.float32(1) - weight) + steps[first + 1] * weight
+    mixed: Float32 = steps[first] * (np.float32(1) - weight) + steps[first + 1] * weight
+    return mixed

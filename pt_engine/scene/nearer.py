@@ -1,7 +1,7 @@
 """Two trees as one: that of what stands still, built once, and that of what moves, built for each moment.
 
-A ray is sent through both. The second query stops at the first one's hit, and shadow rays that are blocked are
-not sent again.
+A ray is sent through both. The second query stops at the first one's hit, and shadow rays that are blocked
+are not sent again.
 """
 
 from __future__ import annotations

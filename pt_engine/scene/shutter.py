@@ -1,6 +1,6 @@
 """The shutter: uniform numbers become times, in proportion to how far it is open.
 
-With the openness s(t) piecewise linear, F(t) = ∫₀ᵗ s / ∫₀¹ s is quadratic in each piece and is inverted exactly:
+With the openness s(t) piecewise linear, F(t) = ∫₀ᵗ s / ∫₀¹ s is quadratic in each piece and inverted exactly:
 from a knot with s = a, where s grows by g over a width h, the area A is reached after
 
     x = 2A / (a + √(a² + 2Ag/h))        (the root's form that does not cancel, and holds at g = 0)
@@ -20,8 +20,8 @@ class Shutter:
     Parameters
     ----------
     openness : (n,) float
-        At n ≥ 2 even times, linear between. What is negative or not finite is closed; a shutter that is closed
-        all the time is taken as open.
+        At n ≥ 2 even times, linear between. What is negative or not finite is closed; a shutter that is
+        closed all the time is taken as open.
     """
 
     def __init__(self, openness: NDArray[np.floating]) -> None:

@@ -1,9 +1,9 @@
-"""A scene at single moments of the shutter: Embree knows no time, so what moves is built anew for each of them.
+"""A scene at single moments of the shutter: Embree knows no time, so what moves is built for each anew.
 
 What stands still is prepared once and shared: its tree, its records, materials, textures, the world, and the
-lamps, which shine from where they are in the middle of the shutter's time, as in Cycles. What moves has a small
-tree of its own (`nearer.Nearer`); a moving camera alone needs nothing built. Light is sampled anew where a mesh
-light moves. Uv maps, colours, Generated and tangents stay those of the middle, as in Cycles.
+lamps, which shine from where they are in the middle of the shutter's time, as in Cycles. What moves has a
+small tree of its own (`nearer.Nearer`); a moving camera alone needs nothing built. Light is sampled anew
+where a mesh light moves. Uv maps, colours, Generated and tangents stay those of the middle, as in Cycles.
 """
 
 from __future__ import annotations

@@ -63,7 +63,11 @@ def test_motion_steps_are_powers_of_two_of_intervals(scene, steps):
     other = add(cube("Other"), "Other")
     animate(other, "location", [(0, 0, 0), (0, 1, 0), (0, 2, 0)])
     snapshot, visited = blurred()
-    counts = {int(rows.instance[0]): rows.matrix.shape[1] for rows in snapshot.motion.instances for _ in rows.instance}
+    counts = {
+        int(rows.instance[0]): rows.matrix.shape[1]
+        for rows in snapshot.motion.instances
+        for _ in rows.instance
+    }
     assert sorted({rows.matrix.shape[1] for rows in snapshot.motion.instances}) == sorted({3, 2**steps + 1})
     assert counts[0] == 2**steps + 1
     assert len(set(visited)) == 2**steps + 1
@@ -131,9 +135,13 @@ def test_shape_keys_and_their_normals(scene):
     animate(key, "value", [0, 0.5, 1])
     (motion,) = blurred()[0].motion.meshes
     top = motion.vertices[0, :, 2] > 0
-    np.testing.assert_allclose(np.abs(motion.vertices[:, top, 0]), [[1.75] * 4, [2.0] * 4, [2.25] * 4], atol=1e-6)
+    np.testing.assert_allclose(
+        np.abs(motion.vertices[:, top, 0]), [[1.75] * 4, [2.0] * 4, [2.25] * 4], atol=1e-6
+    )
     assert motion.normals.shape == (3, 8, 3)
-    assert (np.diff(motion.normals[:, top, 2], axis=0) < 0).all()  # the wider the top, the more walls look down
+    assert (
+        np.diff(motion.normals[:, top, 2], axis=0) < 0
+    ).all()  # the wider the top, the more walls look down
     owner.cycles.use_deform_motion = False
     assert blurred()[0].motion is None
 

@@ -94,7 +94,9 @@ def test_a_replay_walks_the_same_path_at_the_same_time(scene):
 
 def test_another_seed_has_other_times():
     scene = prepare(snapshot())
-    a, b = (replay(scene, replace(SETTINGS, seed=seed), 11, 9, 0).events[0].numbers["time"] for seed in (0, 1))
+    a, b = (
+        replay(scene, replace(SETTINGS, seed=seed), 11, 9, 0).events[0].numbers["time"] for seed in (0, 1)
+    )
     assert a != b
 
 
@@ -111,7 +113,11 @@ def test_crowds_have_times_of_their_own_and_fill_the_shutter(monkeypatch):
 
 def test_a_render_of_moving_things_can_be_stopped():
     asked = []
-    result = render(prepare(snapshot()), replace(SETTINGS, samples=0), should_stop=lambda: len(asked) > 3 or asked.append(0))
+    result = render(
+        prepare(snapshot()),
+        replace(SETTINGS, samples=0),
+        should_stop=lambda: len(asked) > 3 or asked.append(0),
+    )
     assert result.cancelled
     assert 0 < result.progress.samples < 20
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ def seen(snapshot, samples=128, **settings):
 def columns(share, left=-2.0, right=2.0):
     """Means over each pixel's width of a function of the place across the image."""
     edge = np.linspace(left, right, SIZE + 1)
-    return np.array([share(a + (b - a) * QUADRATURE).mean() for a, b in zip(edge, edge[1:], strict=False)])
+    return np.array([share(a + (b - a) * QUADRATURE).mean() for a, b in pairwise(edge)])
 
 
 def assert_agree(found, expected, z=4.5):
@@ -89,7 +90,7 @@ def turn(angle, axis=2):
 
 
 def test_a_zooming_camera_smears_along_the_radius():
-    """The frame's half width w shrinks from 1 to ½: at x of it a target of tangent h is seen while |x| w < h."""
+    """Its half width w shrinks from 1 to ½: at x of it a target of tangent h is seen while |x| w < h."""
     half = 0.3
     camera = make.perspective((0, 0, 1), (0, 0, 0), tangent=1.0)
     frames = [replace(camera, frame=(-w, w, -w, w)) for w in (1.0, 0.75, 0.5)]
@@ -125,7 +126,10 @@ def test_a_half_turn_sweeps_the_whole_disc():
     r = np.hypot(x, y)
     ring = (r > 0.8) & (r < 1.7)
     angle = np.arctan2(y, x)
-    swept, other = ring & (angle > 0.25) & (angle < np.pi - 0.25), ring & (angle < -0.25) & (angle > 0.25 - np.pi)
+    swept, other = (
+        ring & (angle > 0.25) & (angle < np.pi - 0.25),
+        ring & (angle < -0.25) & (angle > 0.25 - np.pi),
+    )
     upper, lower = image[swept].mean(), image[other].mean()
     expected = (2 * np.arcsin(e / r[swept]) / np.pi).mean()
     # one side of the diameter or the other: both are a half turn, but never some of each
@@ -136,7 +140,9 @@ def test_a_half_turn_sweeps_the_whole_disc():
 def test_the_mean_over_seeds_is_the_integral_over_time_whatever_the_number_of_samples():
     """Two samples a pixel: fixed times would see two copies, random ones the ramp, on average."""
     scene, n = prepare(crossing()), 64
-    settings = [RenderSettings(SIZE, SIZE, samples=2, seed=k, threads=1, pixel_filter="BOX") for k in range(n)]
+    settings = [
+        RenderSettings(SIZE, SIZE, samples=2, seed=k, threads=1, pixel_filter="BOX") for k in range(n)
+    ]
     rows = np.array([render(scene, one).image()[8:12, :, 0].mean(axis=0) for one in settings])
     value, error = rows.mean(axis=0), rows.std(axis=0) / np.sqrt(n)
     expected = columns(lambda x: np.maximum(1 - np.abs(x), 0))

@@ -1,4 +1,4 @@
-"""A slice is the scene that would be prepared of what stands still at its time, whatever it has been built from."""
+"""A slice is the scene that would be prepared of what stands still at its time, bit for bit."""
 
 from __future__ import annotations
 
@@ -95,7 +95,9 @@ def test_a_displaced_mesh_changes_shape():
         Node("BsdfDiffuse", "d", {"Color": make.rgba(0.7)}),
         Node("TexCoord", "c", {}),
         Node("SeparateXYZ", "s", {"Vector": Link(1, "Object")}),
-        Node("Displacement", "u", {"Height": Link(2, "X"), "Midlevel": 0.0, "Scale": 0.4}, {"space": "OBJECT"}),
+        Node(
+            "Displacement", "u", {"Height": Link(2, "X"), "Midlevel": 0.0, "Scale": 0.4}, {"space": "OBJECT"}
+        ),
     )
     outputs = {"Surface": Link(0, "BSDF"), "Displacement": Link(3, "Displacement")}
     bumpy = Graph("bumpy", nodes, outputs, displacement_method="DISPLACEMENT")
@@ -109,8 +111,8 @@ def test_a_displaced_mesh_changes_shape():
 
 def test_rays_within_its_own_object():
     """Ambient occlusion that looks at itself alone, on a moving box and on one that stands."""
-    node = Node("AmbientOcclusion", "a", {"Color": make.WHITE, "Distance": 1.0}, {"samples": 4, "only_local": True,
-                                                                                 "inside": True})  # fmt: skip
+    props = {"samples": 4, "only_local": True, "inside": True}
+    node = Node("AmbientOcclusion", "a", {"Color": make.WHITE, "Distance": 1.0}, props)
     shine = Node("Emission", "e", {"Color": Link(0, "AO"), "Strength": 1.0})
     graph = Graph("looks", (node, shine), {"Surface": Link(1, "Emission")})
     snapshot = stage((make.box(1.0), PATH[1], graph), (make.box(1.0), make.translation(2, 1, 1), graph))

@@ -71,7 +71,8 @@ def by_engine(samples: int, size: tuple[int, int], **more: Any) -> Pair:
     scene.render.resolution_x, scene.render.resolution_y = size
     scene.render.resolution_percentage = 100
     snapshot = export_scene(
-        bpy.context.evaluated_depsgraph_get(), frame_set=lambda frame, part: scene.frame_set(frame, subframe=part)
+        bpy.context.evaluated_depsgraph_get(),
+        frame_set=lambda frame, part: scene.frame_set(frame, subframe=part),
     )
     ours = prepare(snapshot, scene.render.film_transparent)
     images = []

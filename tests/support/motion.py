@@ -19,7 +19,9 @@ def moving(snapshot, instances=None, meshes=None, cameras=(), shutter=OPEN):
         for row, path in (instances or {}).items()
     )
     shapes = tuple(
-        MeshMotion(number, *(np.asarray(a, np.float32) for a in (steps if type(steps) is tuple else (steps,))))
+        MeshMotion(
+            number, *(np.asarray(a, np.float32) for a in (steps if type(steps) is tuple else (steps,)))
+        )
         for number, steps in (meshes or {}).items()
     )
     return replace(snapshot, motion=Motion(np.asarray(shutter, np.float32), rows, shapes, tuple(cameras)))

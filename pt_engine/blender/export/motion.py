@@ -1,8 +1,8 @@
 """What moves while the shutter is open, read at several times of it.
 
 Instances are known again at another time by their object, their instancer and their persistent id. What is
-missing at a time is then where it is in the middle; missing at the end, it goes the rest of its way in all of the
-time; a particle that is missing is not rendered at all. All of that is as in Cycles. A mesh whose corners
+missing at a time is then where it is in the middle; missing at the end, it goes the rest of its way in all of
+the time; a particle that is missing is not rendered at all. All of that is as in Cycles. A mesh whose corners
 change keeps the shape of the middle.
 """
 
@@ -22,7 +22,7 @@ from .shutter import Shutter, deforms, steps_of
 
 
 class Mover(NamedTuple):
-    """An exported instance: its row in `Instances`, how often it is looked at, its mesh if that may deform."""
+    """An exported instance: its row in `Instances`, how often to look at it, its mesh if that may deform."""
 
     row: int
     steps: int
@@ -119,7 +119,8 @@ class MotionReader:
                 cameras[time] = export_camera(there, render, size=size, unsupported=[])
         self.shutter.go(0.0)
         instances, moved = self.moved(finest)
-        meshes = tuple(m for number, shape in self.shapes.items() if (m := self.deformed(number, shape, finest)))
+        shapes = (self.deformed(number, shape, finest) for number, shape in self.shapes.items())
+        meshes = tuple(shape for shape in shapes if shape is not None)
         path = tuple(cameras[time] for time in sorted(cameras))
         path = path if any(not same(middle, other) for other in path) else ()
         still = not (moved or meshes or path)
@@ -152,8 +153,7 @@ class MotionReader:
             if np.array_equal(vertices, shape.middle.vertices):
                 return
             normals, _ = shading_normals(data, None, None)
-            expected = shape.middle.normals
-            if (normals is None) != (expected is None) or (normals is not None and len(normals) != len(expected)):
+            if np.shape(normals) != np.shape(shape.middle.normals):
                 shape.problem = "its shading changes kind while the shutter is open: sharp where it deforms"
                 return
             shape.vertices[time], shape.normals[time] = vertices, normals

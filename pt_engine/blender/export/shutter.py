@@ -2,8 +2,8 @@
 
     open while |t − middle| < shutter / 2        middle = frame (CENTER), frame + shutter/2 (START), − (END)
 
-An object with n motion steps is looked at 2ⁿ + 1 times, evenly from opening to closing, as in Cycles; what has
-more steps is looked at at the others' times too.
+An object with n motion steps is looked at 2ⁿ + 1 times, evenly from opening to closing, as in Cycles; what
+has more steps is looked at at the others' times too.
 """
 
 from __future__ import annotations

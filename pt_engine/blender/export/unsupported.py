@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bpy
 
+
 def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
     """Entries (where, what, effect) about the scene and its objects."""
     return [
