@@ -121,15 +121,16 @@ def render(
         The integrator or the sampler named in `settings` is not registered.
     """
     x0, y0, x1, y1 = settings.window
-    order = morton_order(x1 - x0, y1 - y0)
     integrator = INTEGRATORS[settings.integrator](settings)
     positive = only_positive(scene, integrator)
-    film = Film(x1 - x0, y1 - y0, key=film_key(settings), order=order, reject_negative=positive)
     worker = ready_worker(scene, settings, integrator)
+    groups = worker.groups(morton_order(x1 - x0, y1 - y0))
+    order = np.concatenate(groups)
+    film = Film(x1 - x0, y1 - y0, key=film_key(settings), order=order, reject_negative=positive)
     progress = Progress(film, settings, time.perf_counter())
     threads = settings.threads or os.cpu_count() or 1
     with kept_buffers():
-        work = units(settings, order)
+        work = units(settings, *groups, aligned=worker.run)
         for result in in_parallel(worker, work, threads, lambda: progress.stopped or out_of_time(progress)):
             deposit(progress, result)
             on_progress(progress)

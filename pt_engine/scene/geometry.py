@@ -131,10 +131,15 @@ class Placed(NamedTuple):
     dropped: int
 
 
-def place(snapshot: Snapshot, sharing: Sharing | None = None) -> Placed:
-    """Transform the vertices of instances that share nothing in float64, relative to the scene's centre."""
+def place(
+    snapshot: Snapshot, sharing: Sharing | None = None, frame: tuple[Float64, float] | None = None
+) -> Placed:
+    """Transform the vertices of instances that share nothing in float64, relative to the scene's centre.
+
+    `frame` is the centre and radius to use in place of the instances' own.
+    """
     meshes, instances = snapshot.meshes, snapshot.instances
-    origin, radius = bounds(meshes, instances)
+    origin, radius = frame or bounds(meshes, instances)
     once = np.ones(len(instances.mesh), np.bool_) if sharing is None else sharing.prototype < 0
     vertex_counts = np.array([len(meshes[m].vertices) for m in instances.mesh], np.int64) * once
     triangle_counts = np.array([len(meshes[m].triangles) for m in instances.mesh], np.int64) * once

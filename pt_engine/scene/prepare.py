@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,9 +33,11 @@ from .features import features
 from .geometry import BOUND, Geometry
 from .lamp_shader import LampShader
 from .memory import fitted, need, snapshot_bytes
+from .movement import moving_last
 from .own import OwnObjects, looking_at_themselves
 from .placing import build, may_share
 from .scene import Scene
+from .slices import Slices
 from .snapshot import CameraData, Snapshot, Visibility
 from .world_light import environment
 
@@ -66,29 +69,33 @@ def prepare(
     textures = TextureStore(snapshot.images, snapshot.ocio_config, texture_memory)
     materials = compile_materials(snapshot.materials, textures=textures)
     world = compile_world(snapshot.world, textures=textures)
-    rest = snapshot
-    snapshot = displaced(snapshot, materials, shading_layers)
+    rest = moving_last(snapshot)
+    snapshot = displaced(rest, materials, shading_layers)
+    motion = snapshot.motion
+    slices = Slices(motion, snapshot, rest, materials, shading_layers) if motion is not None else None
     view = view_of(snapshot.camera)
     selves = looking_at_themselves(snapshot, materials)
     room = None if memory is None else memory - textures.statistics()["bytes"]
-    sharing = fitted(snapshot, may_share(snapshot, materials, selves), materials.needs, room)
-    placed, accel, geometry = build(snapshot, sharing)
+    apart = selves if slices is None else [*selves, *slices.moving]
+    sharing = fitted(snapshot, may_share(snapshot, materials, apart), materials.needs, room)
+    placed, accel, geometry = build(snapshot, sharing, slices)
     own = OwnObjects(placed, selves) if selves else None
     prim, triangles = emissive_triangles(geometry, materials)
     lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
-    lights = Lights(
+    make_lights = partial(
+        Lights,
         snapshot.lights,
         np.array([program.constant for program in lamp_programs], np.float64).reshape(-1, 3),
         geometry.origin,
-        triangles,
-        environment(world, view),
-        geometry.radius,
-        [
+        environment=environment(world, view),
+        scene_radius=geometry.radius,
+        shaders=[
             LampShader(program.batch, lamp, geometry.origin, geometry.radius, view) if program.batch else None
             for program, lamp in zip(lamp_programs, snapshot.lights, strict=True)
         ],
         surfaces=to_light(geometry, materials),
     )
+    lights = make_lights(triangles=triangles)
     geometry.release()
     layers = shading_layers(snapshot, geometry, materials.needs)
     if "rest" in materials.needs:
@@ -105,6 +112,9 @@ def prepare(
     scene.features = features(snapshot, scene, film_transparent)
     scene.bytes = snapshot_bytes(snapshot) + need(snapshot, sharing, materials.needs).kept
     scene.bytes += textures.statistics()["bytes"]
+    if slices is not None:
+        scene.slices = slices
+        slices.start(scene, make_lights, triangles)
     scene.build_seconds = time.perf_counter() - started
     return scene
 

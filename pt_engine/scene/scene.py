@@ -39,8 +39,10 @@ if TYPE_CHECKING:
     from ..nodes.world import WorldProgram
     from ..render.path_state import PathState
     from ..textures.images import TextureStore
+    from .nearer import Nearer
     from .nested import Nested
     from .own import OwnObjects
+    from .slices import Slices
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -64,13 +66,15 @@ class Scene:
     build_seconds: float
     bytes: int  # that it takes, about
     emissive_prim: Int32
+    slices: Slices | None = None  # where something moves while the shutter is open
+    time: float | None = None  # of a slice: between the shutter's opening (0) and closing (1)
     own: OwnObjects | None = None  # where some material traces rays within its own object
     material_names: tuple[str, ...]
 
     def __init__(
         self,
         geometry: Geometry,
-        accel: Accel | Nested,
+        accel: Accel | Nearer | Nested,
         instances: Instances,
         layers: dict[tuple[str, str], Layer],
         materials: Materials,
@@ -82,8 +86,8 @@ class Scene:
         self.materials, self.world, self.lights = materials, world, lights
         self.origin32 = geometry.origin.astype(np.float32)[:, None]
         self.transforms = Transforms(instances.matrix, geometry.origin)
-        self._layers = layers
-        self.normals = layers.get(("normal", ""))
+        self.layers: dict[tuple[str, str], Layer] = {}
+        self.use_layers(layers)
         self.film_transparent = film_transparent
         self.has_emitters = lights.description.total > 0
         self.used_materials = np.unique(geometry.surface_material[1:])
@@ -157,7 +161,12 @@ class Scene:
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
-        return self._layers[kind, name]
+        return self.layers[kind, name]
+
+    def use_layers(self, layers: dict[tuple[str, str], Layer]) -> None:
+        """Take these attribute tables in place of those of the same names."""
+        self.layers = self.layers | layers
+        self.normals = self.layers.get(("normal", ""))
 
     def history(self, rays: Rays) -> dict[str, NDArray[Any]]:
         """What somebody asks of camera paths, beside what `PathState` knows itself."""

@@ -299,12 +299,68 @@ class CameraData:
 
 
 @dataclass(frozen=True)
+class InstanceMotion:
+    """Placed meshes that move while the shutter is open, all known at equally many times.
+
+    Attributes
+    ----------
+    instance : (M,) int32
+        Rows of `Instances`.
+    matrix : (M, K, 4, 4) float64
+        Object to world at K ≥ 2 times, evenly from the shutter's opening to its closing.
+    """
+
+    instance: Int32
+    matrix: Float64
+
+
+@dataclass(frozen=True)
+class MeshMotion:
+    """A mesh that changes its shape while the shutter is open; its triangles stay.
+
+    Attributes
+    ----------
+    mesh : int
+        Index into `Snapshot.meshes`.
+    vertices : (K, V, 3) float32
+        At K ≥ 2 times, evenly from the shutter's opening to its closing.
+    normals : (K, N, 3) float32 or None
+        As many rows as `MeshData.normals` has; None where that is.
+    """
+
+    mesh: int
+    vertices: Float32
+    normals: Float32 | None = None
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What changes while the shutter is open. The snapshot itself is the middle of that time.
+
+    Attributes
+    ----------
+    shutter : (n,) float32
+        How far it is open at n ≥ 2 times, evenly from opening to closing, linear between them.
+    instances : tuple of InstanceMotion
+    meshes : tuple of MeshMotion
+    cameras : tuple of CameraData
+        The camera at K ≥ 2 times; () where it stands still.
+    """
+
+    shutter: Float32
+    instances: tuple[InstanceMotion, ...] = ()
+    meshes: tuple[MeshMotion, ...] = ()
+    cameras: tuple[CameraData, ...] = ()
+
+
+@dataclass(frozen=True)
 class Snapshot:
     """A whole frame of a scene.
 
     `unsupported` lists what the exporter met and cannot give to the engine: (where, what, effect).
     `materials[0]` is always the stand-in for an empty slot (Blender's default grey diffuse 0.8).
     `ocio_config` names the OpenColorIO config of the file's Blender, "" for OpenImageIO's own.
+    `motion` is None where nothing moves, or nothing is to be blurred.
     """
 
     meshes: tuple[MeshData, ...]
@@ -318,3 +374,4 @@ class Snapshot:
     exposure: float = 1.0
     unsupported: tuple[tuple[str, str, str], ...] = ()
     ocio_config: str = ""
+    motion: Motion | None = None
