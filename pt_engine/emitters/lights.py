@@ -5,6 +5,7 @@ Lamps do not occlude: a ray passes through them and gathers all that lie before 
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
@@ -184,6 +185,15 @@ class Lights:
     def whose_faces(self) -> NDArray[np.int32]:
         """(F,) `TriangleEmitters.whose` of each emissive face."""
         return np.zeros(0, np.int32) if self._faces is None else self._faces.whose()
+
+    def compensated(self) -> Lights:
+        """The same lights for estimators that also find them by BSDF sampling and weigh both by MIS."""
+        if self._environment is None:
+            return self
+        lights = copy.copy(self)
+        part = EnvironmentPart(self._environment.environment.compensated, self._environment.chance)
+        lights._environment, lights._parts = part, [*self._parts[:-1], part]
+        return lights
 
     def _prepare_choice(self) -> None:
         """The alias table over all emitters, and where each part's numbers begin."""

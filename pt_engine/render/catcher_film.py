@@ -8,7 +8,7 @@ Before a film that is not transparent, the sky lies behind: M + sky · (1 − co
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,25 @@ class Parts(NamedTuple):
     alone: Float32
     hit: Float32
     sky: Float32 | None
+
+
+def empty_parts(like: Parts, shape: tuple[int, ...]) -> Parts:
+    """Rows like those of `like`, by sample and pixel: room for `put`."""
+    return Parts._make(
+        None if row is None else np.zeros((*row.shape[:-1], *shape), row.dtype) for row in like
+    )
+
+
+def put(into: Parts, parts: Parts, rows: slice, columns: Any, size: tuple[int, int]) -> None:
+    """The parts of `size` (samples, pixels) into the samples `rows` and pixels `columns`."""
+    for target, row in zip(into, parts, strict=True):
+        if target is not None and row is not None:
+            target[..., rows, columns] = row.reshape(*row.shape[:-1], *size)
+
+
+def flattened(parts: Parts) -> Parts:
+    """Samples and pixels as slots again."""
+    return Parts._make(None if row is None else row.reshape(*row.shape[:-2], -1) for row in parts)
 
 
 class CatcherFilm:

@@ -18,8 +18,8 @@ from ..core.rows import scatter, scatter_add
 from ..emitters.lights import Lights
 from ..emitters.restricted import Restrictions, of_all
 from .arrivals import Arrivals
-from .geometry import INSTANCE, SKY, Placed
-from .sighted import BITS, Sighted
+from .geometry import SKY, Placed
+from .sighted import BITS, Sighted, trees_of
 from .sky_lanes import SkyLanes
 from .snapshot import Instances, Visibility
 
@@ -55,8 +55,7 @@ class Caught:
 def catch(scene: Scene, caught: Caught, rays: Rays, found: Intersection, path: PathState) -> None:
     """Note the camera rays that meet a catcher for the first time."""
     lanes = np.flatnonzero((found.surface != SKY) & (path.clear != 0))
-    instance = scene.geometry.integer(INSTANCE, found.hits.prim.take(lanes))
-    lanes = lanes[scene.catchers.take(instance)]
+    lanes = lanes[scene.catchers.take(scene.geometry.instance_of(found.hits, lanes))]
     lanes = lanes[~caught.hit.take(path.slot.take(lanes))]
     if len(lanes) == 0:
         return
@@ -92,7 +91,7 @@ def with_catchers_alone(scene: Scene, placed: Placed) -> Scene:
     bits = scene.instances.visibility.astype(np.int64)
     classes, kind = np.unique(np.where(scene.catchers, bits, 0), return_inverse=True)
     rows = [classes != 0] + [(classes & bit) != 0 for bit in (*BITS, Visibility.SHADOW)]
-    alone.accel = Sighted(placed, kind, np.stack(rows))
+    alone.accel, alone.seen_apart = Sighted(trees_of(placed, kind, np.stack(rows))), True
     alone.lights = _lights(scene.lights)
     return alone
 

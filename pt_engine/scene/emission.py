@@ -54,7 +54,7 @@ def found_by(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> 
     if scene.finds_surfaces:
         lit = np.flatnonzero(scene.surface_emits.take(found.surface))
         if scene.held is not None:
-            lit = lit[~held(scene, scene.held, path.clear.take(lit), found.hits.prim.take(lit))]
+            lit = lit[~held(scene.held, path.clear.take(lit), scene.geometry.instance_of(found.hits, lit))]
         if len(lit):
             yield _surface_emission(scene, lit, scene.surface(rays, found, lit), path)
 

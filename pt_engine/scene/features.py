@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .sighted import Sighted
 from .snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -19,6 +18,7 @@ def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[s
     batches = scene.used_batches
     needs = {need.split(":")[0] for b in batches for need in b.needs}
     rows = {
+        "motion blur": (snapshot.motion is not None, "nothing moves while the shutter is open"),
         "depth of field": (camera.aperture_radius > 0, "the camera has no aperture"),
         "environment": (scene.world.emits, "the world is black"),
         "environment sampling": (
@@ -45,7 +45,7 @@ def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[s
         "shadow catchers": (scene.has_catchers, "no object is one"),
         "light linking": (scene.reach.linking is not None, "every light reaches all objects"),
         "shadow linking": (scene.reach.apart is not None, "every object shades all lights"),
-        "ray visibility": (isinstance(scene.accel, Sighted), "every object is seen by all rays"),
+        "ray visibility": (scene.seen_apart, "every object is seen by all rays"),
         "ray portals": (scene.has_portals, "no visible material is one"),
         "ideal specular": (any(b.delta_only for b in batches), "no material is made of Dirac lobes alone"),
         "several closures": (

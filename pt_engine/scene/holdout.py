@@ -12,7 +12,7 @@ from ..bsdfs import transparent
 from ..core import vectors
 from .arrivals import Arrivals
 from .evaluated import evaluated
-from .geometry import INSTANCE, SKY
+from .geometry import SKY
 
 if TYPE_CHECKING:
     from ..nodes.batch import Closure
@@ -34,7 +34,7 @@ def cut_holes(scene: Scene, rays: Rays, found: Intersection, path: PathState) ->
     lanes = np.flatnonzero((found.surface != SKY) & (path.clear != 0))
     objects = np.zeros(len(lanes), np.bool_)
     if scene.held is not None:
-        objects = held(scene, scene.held, np.ones_like(lanes), found.hits.prim.take(lanes))
+        objects = scene.held.take(scene.geometry.instance_of(found.hits, lanes))
     for own, what in ((objects, "transparency"), (~objects, "holdout")):
         some = lanes[own]
         if what == "holdout":
@@ -50,9 +50,9 @@ def cut_holes(scene: Scene, rays: Rays, found: Intersection, path: PathState) ->
         found.surface[some[(share == 1).all(axis=0)]] = SKY  # nothing is there any more
 
 
-def held(scene: Scene, objects: Bool, clear: NDArray[np.integer | np.bool_], prim: Int32) -> Bool:
+def held(objects: Bool, clear: NDArray[np.integer | np.bool_], instance: Int32) -> Bool:
     """(K,) whether rays, those that see the film `clear`, have met one of the holdout `objects` (I,)."""
-    out: Bool = objects.take(scene.geometry.integer(INSTANCE, prim)) & (clear != 0)
+    out: Bool = objects.take(instance) & (clear != 0)
     return out
 
 

@@ -19,7 +19,7 @@ from ..core.raykind import RayKind
 from ..core.uniforms import Uniforms
 from ..core.view import View
 from ..emitters.lights import Lights, LightSample
-from . import emission, reach
+from . import emission, nearer, reach
 from .accel import Accel, Hits
 from .arrivals import Arrivals
 from .attributes import Layer
@@ -30,7 +30,7 @@ from .holdout import held, only_transparent
 from .lanes import Lanes, Surface
 from .reach import Reach
 from .shading import ShadedBSDF, SliceBSDF
-from .sighted import Sighted
+from .sighted import Sighted, sees_apart
 from .snapshot import Instances, Visibility
 from .transforms import Transforms
 from .transmittance import transmittance
@@ -43,7 +43,10 @@ if TYPE_CHECKING:
     from ..nodes.world import WorldProgram
     from ..render.path_state import PathState
     from ..textures.images import TextureStore
+    from .nearer import Nearer
+    from .nested import Nested
     from .own import OwnObjects
+    from .slices import Slices
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -66,17 +69,20 @@ class Scene:
     textures: TextureStore
     coverage: list[Coverage]
     build_seconds: float
+    bytes: int  # that it takes, about
     emissive_prim: Int32
     clear_glass: float = -1.0  # roughness up to which a transparent film shows through glass
     alone: Scene | None = None  # with shadow catchers alone, where there are any
     unsampled_surfaces: bool = False  # whether some that emit are no lights
+    slices: Slices | None = None  # where something moves while the shutter is open
+    time: float | None = None  # of a slice: between the shutter's opening (0) and closing (1)
     own: OwnObjects | None = None  # where some material traces rays within its own object
     material_names: tuple[str, ...]
 
     def __init__(
         self,
         geometry: Geometry,
-        accel: Accel | Sighted,
+        accel: Accel | Nearer | Nested | Sighted,
         instances: Instances,
         layers: dict[tuple[str, str], Layer],
         materials: Materials,
@@ -89,8 +95,8 @@ class Scene:
         self.materials, self.world, self.lights = materials, world, lights
         self.origin32 = geometry.origin.astype(np.float32)[:, None]
         self.transforms = Transforms(instances.matrix, geometry.origin)
-        self._layers = layers
-        self.normals = layers.get(("normal", ""))
+        self.layers: dict[tuple[str, str], Layer] = {}
+        self.use_layers(layers)
         self.film_transparent, self.reach = film_transparent, reached
         self.has_emitters = lights.description.total > 0
         self.used_materials = np.unique(geometry.surface_material[1:])
@@ -108,6 +114,12 @@ class Scene:
             scene.pixel_angle = (data.frame[1] - data.frame[0]) / width
         elif data.kind == "PANO":
             scene.pixel_angle = 2 * np.pi / width
+        return scene
+
+    def with_compensated_lights(self) -> Scene:
+        """The same scene for integrators that combine emitter and BSDF sampling (`Lights.compensated`)."""
+        scene = copy.copy(self)
+        scene.lights = self.lights.compensated()
         return scene
 
     def for_unit(self, lanes: int) -> Scene:
@@ -142,7 +154,7 @@ class Scene:
             ],
             np.uint8 if self.dead < 255 else np.uint16,
         )
-        emits = self.materials.emission_varies | (self.materials.emission_constant != 0).any(axis=1)
+        emits = self.materials.emits
         self.surface_emits = (surfaces.surface_material >= 0) & emits[surfaces.surface_material]
         self.finds_surfaces = bool(self.surface_emits.any())
         holds_out = np.array([batch.has_holdout for batch in batches], np.bool_)
@@ -164,7 +176,8 @@ class Scene:
         # without these, nobody asks what became of a path before
         self.extra_history = needs & {"footprint", "sharpness"}
         asks = reads_path or bool(self.extra_history) or self.lights.by_place is not None
-        asks = asks or isinstance(self.accel, Sighted) or self.reach.hidden != 0
+        self.seen_apart = sees_apart(self.instances) or self.reach.apart is not None
+        asks = asks or self.seen_apart or self.reach.hidden != 0
         asks = asks or self.has_catchers  # rays that see them alone are of kinds
         asks = asks or self.lights.restrictions is not None or self.reach.linking is not None
         self.tracks_history = self.transparent_surfaces or asks
@@ -172,7 +185,12 @@ class Scene:
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
-        return self._layers[kind, name]
+        return self.layers[kind, name]
+
+    def use_layers(self, layers: dict[tuple[str, str], Layer]) -> None:
+        """Take these attribute tables in place of those of the same names."""
+        self.layers = self.layers | layers
+        self.normals = self.layers.get(("normal", ""))
 
     def history(self, rays: Rays) -> dict[str, NDArray[Any]]:
         """What somebody asks of camera paths, beside what `PathState` knows itself."""
@@ -193,10 +211,10 @@ class Scene:
     def intersect(self, rays: Rays, kind: str = "") -> Intersection:
         """Closest hits of all rays; one that is switched off misses. `kind` is for the count."""
         self.rays[kind or ("bounce" if self.rays else "camera")] += int(np.count_nonzero(rays.tfar > 0))
-        if isinstance(self.accel, Accel):
-            hits = self.accel.intersect(rays.o, rays.d, rays.tfar)
+        if self.seen_apart:
+            hits = nearer.closest(self.accel, *rays)
         else:
-            hits = self.accel.intersect(*rays)
+            hits = self.accel.intersect(rays.o, rays.d, rays.tfar)
         return Intersection(hits, self.geometry.surface.take(hits.prim, mode="wrap"))
 
     def surface(self, rays: Rays, found: Intersection, lanes: NDArray[np.intp]) -> Surface:
@@ -244,7 +262,7 @@ class Scene:
             closures = self.materials.batches[group.batch].closures(lanes)
             if self.held is not None:
                 part = path.part(span)
-                closures = only_transparent(closures, held(self, self.held, part.clear, lanes.si.prim))
+                closures = only_transparent(closures, held(self.held, part.clear, lanes.si.instance))
             slices.append((span, SliceBSDF(closures, lanes, self.clear_glass)))
             if number < self.smooth_groups:
                 smooth_count = span.stop
@@ -306,6 +324,6 @@ class Scene:
         return contribution
 
     def _clear(self, o: Float32, light: LightSample, tfar: Float32) -> Int32:
-        if isinstance(self.accel, Accel):
+        if not self.seen_apart:
             return self.accel.visible(o, light.wo, tfar)
-        return self.accel.visible(o, light.wo, tfar, reach.shadow_kind(self, light))
+        return nearer.clear(self.accel, o, light.wo, tfar, reach.shadow_kind(self, light))

@@ -207,6 +207,12 @@ class Linking:
     blocker: Int32
     emitter: Int32
 
+    def of(self, rows: slice | NDArray[np.intp]) -> Linking:
+        """The same for some instances."""
+        return Linking(
+            self.receives, self.blocks, self.receiver[rows], self.blocker[rows], self.emitter[rows]
+        )
+
 
 @dataclass(frozen=True)
 class LightData:
@@ -271,6 +277,26 @@ class LightData:
 
 
 @dataclass(frozen=True)
+class Stereo:
+    """One eye of spherical stereo (see `cameras/spherical_stereo.py`).
+
+    Attributes
+    ----------
+    offset : float
+        From the middle, in metres; the left eye's is negative.
+    convergence : float
+        Distance where the eyes' rays meet; infinite for parallel ones.
+    merge_from, merge_to : float
+        Altitudes in radians between which the offset fades to 0; a `merge_to` of 0 switches that off.
+    """
+
+    offset: float
+    convergence: float = float("inf")
+    merge_from: float = 0.0
+    merge_to: float = 0.0
+
+
+@dataclass(frozen=True)
 class CameraData:
     """The camera. `matrix` is camera to world without scale; it looks along its -Z, +Y up.
 
@@ -295,6 +321,8 @@ class CameraData:
         k₀ to k₄ of FISHEYE_LENS_POLYNOMIAL.
     blades, blade_rotation, aperture_ratio :
         Polygonal aperture (0 blades: round), its rotation in radians, and its anamorphic ratio.
+    stereo : Stereo or None
+        Of a PERSP or PANO camera whose eyes turn with each ray. Eyes that stand still are in `matrix`.
     """
 
     kind: str
@@ -309,6 +337,62 @@ class CameraData:
     panorama: str = ""
     fisheye_fov: float = float(np.pi)
     fisheye_polynomial: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    stereo: Stereo | None = None
+
+
+@dataclass(frozen=True)
+class InstanceMotion:
+    """Placed meshes that move while the shutter is open, all known at equally many times.
+
+    Attributes
+    ----------
+    instance : (M,) int32
+        Rows of `Instances`.
+    matrix : (M, K, 4, 4) float64
+        Object to world at K ≥ 2 times, evenly from the shutter's opening to its closing.
+    """
+
+    instance: Int32
+    matrix: Float64
+
+
+@dataclass(frozen=True)
+class MeshMotion:
+    """A mesh that changes its shape while the shutter is open; its triangles stay.
+
+    Attributes
+    ----------
+    mesh : int
+        Index into `Snapshot.meshes`.
+    vertices : (K, V, 3) float32
+        At K ≥ 2 times, evenly from the shutter's opening to its closing.
+    normals : (K, N, 3) float32 or None
+        As many rows as `MeshData.normals` has; None where that is.
+    """
+
+    mesh: int
+    vertices: Float32
+    normals: Float32 | None = None
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What changes while the shutter is open. The snapshot itself is the middle of that time.
+
+    Attributes
+    ----------
+    shutter : (n,) float32
+        How far it is open at n ≥ 2 times, evenly from opening to closing, linear between them.
+    instances : tuple of InstanceMotion
+    meshes : tuple of MeshMotion
+    cameras : tuple of CameraData
+        The camera at K ≥ 2 times; () where it stands still.
+    """
+
+    shutter: Float32
+    instances: tuple[InstanceMotion, ...] = ()
+    meshes: tuple[MeshMotion, ...] = ()
+    cameras: tuple[CameraData, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -320,6 +404,7 @@ class Snapshot:
     `world_visibility` says which rays see the world, as `Visibility` bits.
     `clear_glass` is the roughness up to which a transparent film shows through glass, below 0 for none.
     `ocio_config` names the OpenColorIO config of the file's Blender, "" for OpenImageIO's own.
+    `motion` is None where nothing moves, or nothing is to be blurred.
     """
 
     meshes: tuple[MeshData, ...]
@@ -336,3 +421,4 @@ class Snapshot:
     world_visibility: int = Visibility.ALL
     linking: Linking | None = None
     clear_glass: float = -1.0
+    motion: Motion | None = None

@@ -13,7 +13,7 @@ from pt_engine.core.raykind import RayKind
 from pt_engine.scene.accel import FAR, Accel
 from pt_engine.scene.geometry import place
 from pt_engine.scene.prepare import prepare
-from pt_engine.scene.sighted import SETS, Sighted, sighted
+from pt_engine.scene.sighted import SETS, Sighted, sighted, trees_of
 from pt_engine.scene.snapshot import Linking, Visibility
 
 GREY = make.diffuse(0.5)
@@ -55,7 +55,7 @@ def trees(snapshot, placed, spare):
     order = [bit for bit in KINDS.values() if bit != Visibility.SHADOW]
     rows = [np.ones(len(classes), np.bool_)]
     rows += [(classes & bit) != 0 for bit in (*order, Visibility.SHADOW)]
-    return Sighted(placed, kind, np.stack(rows), spare)
+    return Sighted(trees_of(placed, kind, np.stack(rows), spare))
 
 
 @pytest.mark.parametrize("spare", [-1, 1 << 20])

@@ -65,7 +65,7 @@ class Collector:
         self._graph_needs: dict = {}
 
     def run(self) -> Instances:
-        """All instances; fills `meshes`, `lights` and `linking`."""
+        """All instances; fills `meshes`, `lights`, `linking`, and `rows`: where the depsgraph has each."""
         if self.view_layer.use_solid:
             self.learn_materials()
         rows: list[int] = []
@@ -90,7 +90,8 @@ class Collector:
             elif kind in NOT_RENDERED:
                 self.unsupported.append((f"Object {owner.name}", NOT_RENDERED[kind], "missing in the image"))
         self.linking = self.links.table([look.sets for look in looks])
-        return self.table(np.array(rows, np.intp), looks, placed.table())
+        self.rows = np.array(rows, np.intp)
+        return self.table(self.rows, looks, placed.table())
 
     @staticmethod
     def key(instance, owner):
