@@ -69,6 +69,8 @@ class Moments:
     slices : Slices
     settings : RenderSettings
     sampler : Sampler
+    seen : callable
+        Makes of a slice what the integrator sees.
 
     Attributes
     ----------
@@ -78,14 +80,20 @@ class Moments:
         Samples of a pixel that see the same moment; a power of two.
     """
 
-    def __init__(self, slices: Slices, settings: RenderSettings, sampler: Sampler) -> None:
+    def __init__(
+        self,
+        slices: Slices,
+        settings: RenderSettings,
+        sampler: Sampler,
+        seen: Callable[[Scene], Scene],
+    ) -> None:
         pixels, triangles = settings.width * settings.height, slices.triangles
         self.crowds = self.run = 1
         while self.crowds < MOST_CROWDS and 2 * self.crowds * max(FEWEST_LANES, CHEAP * triangles) <= pixels:
             self.crowds *= 2
         while self.run < LARGEST_PASS and pixels * self.run < triangles:
             self.run *= 2
-        self._slices, self._settings, self._sampler = slices, settings, sampler
+        self._slices, self._settings, self._sampler, self._seen = slices, settings, sampler, seen
         self._kept: Kept[Moment, Scene] = Kept(self.crowds)
 
     def scene(self, moment: Moment) -> Scene:
@@ -95,7 +103,7 @@ class Moments:
     def _built(self, moment: Moment) -> Scene:
         state = self._sampler.state(np.array([moment.crowd]), np.array([moment.run]))
         u = float(self._sampler.uniforms(state, SHUTTER, 1)[0, 0])
-        return self._slices.at(u).with_pixels(self._settings.width, self._settings.height)
+        return self._seen(self._slices.at(u))
 
     def groups(self, order: Pixels) -> list[Pixels]:
         """The window's pixels crowd by crowd, in their order."""

@@ -40,16 +40,31 @@ class Worker:
     settings : RenderSettings
     integrator : Integrator
     sampler : Sampler
+
+    Attributes
+    ----------
+    scene : Scene
+        As the integrator sees it; where something moves, in the middle of the shutter's time.
+    moments : Moments or None
+        The scenes of other times, where something moves.
     """
 
     def __init__(
         self, scene: Scene, settings: RenderSettings, integrator: Integrator, sampler: Sampler
     ) -> None:
-        self._scene = scene.with_pixels(settings.width, settings.height)
         self._settings = settings
         self._integrator, self._sampler = integrator, sampler
         self._filter = FilterTable(settings.pixel_filter, settings.filter_width)
-        self.moments = Moments(scene.slices, settings, sampler) if scene.slices is not None else None
+        self.scene = self._seen(scene)
+        self.moments = (
+            Moments(scene.slices, settings, sampler, self._seen) if scene.slices is not None else None
+        )
+
+    def _seen(self, scene: Scene) -> Scene:
+        """A scene as the integrator sees it."""
+        if self._integrator.combines:
+            scene = scene.with_compensated_lights()
+        return scene.with_pixels(self._settings.width, self._settings.height)
 
     @property
     def run(self) -> int:
@@ -63,7 +78,7 @@ class Worker:
     def render(self, unit: Unit) -> UnitResult:
         """Estimate the radiance of each of the unit's camera rays."""
         if self.moments is None:
-            return self._render(unit, self._scene)
+            return self._render(unit, self.scene)
         parts = list(self.moments.parts(unit))
         results = [self._render(part.unit, self.moments.scene(part.moment)) for part in parts]
         return results[0] if len(parts) == 1 else joined(unit, parts, results)
@@ -79,12 +94,12 @@ class Worker:
     def scene_of(self, unit: Unit) -> Scene:
         """The scene that a unit of one pixel and one sample sees."""
         if self.moments is None:
-            return self._scene
+            return self.scene
         return self.moments.scene(next(self.moments.parts(unit)).moment)
 
     def exposed(self, radiance: Float32) -> Float32:
         """What the film takes of a radiance (3, N): all of it unless the file sets a film exposure."""
-        return radiance if self._scene.exposure == 1 else radiance * np.float32(self._scene.exposure)
+        return radiance if self.scene.exposure == 1 else radiance * np.float32(self.scene.exposure)
 
     def lane_sampler(self, unit: Unit) -> LaneSampler:
         """Random numbers by (pixel of the full image, sample)."""

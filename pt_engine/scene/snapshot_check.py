@@ -35,6 +35,7 @@ CLASSES: dict[str, type] = {
         data.Motion,
         data.InstanceMotion,
         data.MeshMotion,
+        data.Stereo,
     )
 }
 
