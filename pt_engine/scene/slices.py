@@ -22,7 +22,7 @@ from ..emitters.triangle import TriangleEmitters
 from .accel import Accel
 from .attributes import Layer, appended, normal_layer, position_layer
 from .displace import Layers, displaced
-from .geometry import BOUND, FEW, Geometry, Placed, mirrors, pack_planes, place
+from .geometry import BOUND, FEW, PLANE, Geometry, Placed, pack_planes, place
 from .movement import Movement, some_instances
 from .nearer import Nearer
 from .own import looking_at_themselves
@@ -158,10 +158,9 @@ class Slices:
         few = len(still.records) <= FEW
         records = (still.records if few else still.records[self._first :]).copy()
         tail = records[self._first :] if few else records
-        for k in range(len(moved.instances.mesh)):
-            span = slice(placed.first_triangle[k], placed.first_triangle[k + 1])
-            flip = mirrors(moved.instances.matrix[k])
-            pack_planes(placed.vertices, placed.triangles[span], tail[span], flip)
+        pack_planes(placed.vertices, placed.triangles, tail[: len(placed.triangles)], flip=False)
+        for k in np.flatnonzero(np.linalg.det(moved.instances.matrix[:, :3, :3]) < 0):
+            tail[placed.first_triangle[k] : placed.first_triangle[k + 1], : PLANE + 1] *= -1
         if few:
             return replace(still, records=records)
         parts = {name: getattr(still, name) for name in Geometry.__dataclass_fields__}
