@@ -9,8 +9,10 @@ from typing import Any
 import bpy
 
 from ..render import integrators  # noqa: F401  fills the registry
+from ..render.memory import check_film, fitted, room, room_for_scene
 from ..render.progressive import render
 from ..render.stats import statistics
+from ..scene.memory import snapshot_bytes
 from ..scene.prepare import prepare
 from .export import export_scene
 from .nonfinite import add_commands, headline, lines
@@ -31,6 +33,7 @@ def final_render(engine, depsgraph) -> None:
     record = record_of(engine, scene)
     size = engine.resolution_x, engine.resolution_y
     settings = settings_of(scene, *size)
+    check_film(settings, room(scene.pt_engine.memory_limit << 20))
 
     engine.update_stats("", "Exporting the scene")
     snapshot = export_scene(depsgraph, frame_set=engine.frame_set)
@@ -38,11 +41,12 @@ def final_render(engine, depsgraph) -> None:
     for view, seen in views(engine, depsgraph, snapshot, size):
         started = time.perf_counter() - exported  # the one export is part of each view's time
         engine.update_stats("", "Preparing the scene")
-        prepared = prepare(seen, settings.film_transparent, scene.pt_engine.texture_memory << 20)
+        prepared = prepared_to_fit(seen, settings, scene.pt_engine)
         record.coverage = tuple(dict.fromkeys(chain(record.coverage, prepared.coverage)))
         tell_coverage(engine, prepared.coverage, scene.pt_engine.strict)
         if Session.observer.takes_over(prepared, settings):
             return
+        settings = fitted(settings, room(scene.pt_engine.memory_limit << 20, prepared.bytes))
         stats = render_view(engine, depsgraph, prepared, settings, view)
         stats["seconds"]["export"] = exported
         stats["seconds"]["total"] = time.perf_counter() - started
@@ -51,6 +55,14 @@ def final_render(engine, depsgraph) -> None:
         exported = 0.0
     if scene.pt_engine.stats_path:
         write_json(bpy.path.abspath(scene.pt_engine.stats_path), record.statistics())
+
+
+def prepared_to_fit(snapshot, settings, own):
+    """The scene, placed so that it fits in what the machine has free, or in what the user allows."""
+    left = room(own.memory_limit << 20, snapshot_bytes(snapshot))
+    return prepare(
+        snapshot, settings.film_transparent, own.texture_memory << 20, room_for_scene(settings, left)
+    )
 
 
 def render_view(engine, depsgraph, prepared, settings, view: str) -> dict[str, Any]:

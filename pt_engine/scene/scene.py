@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from ..render.path_state import PathState
     from ..textures.images import TextureStore
     from .nearer import Nearer
+    from .nested import Nested
     from .own import OwnObjects
     from .slices import Slices
 
@@ -63,6 +64,7 @@ class Scene:
     textures: TextureStore
     coverage: list[Coverage]
     build_seconds: float
+    bytes: int  # that it takes, about
     emissive_prim: Int32
     slices: Slices | None = None  # where something moves while the shutter is open
     time: float | None = None  # of a slice: between the shutter's opening (0) and closing (1)
@@ -72,7 +74,7 @@ class Scene:
     def __init__(
         self,
         geometry: Geometry,
-        accel: Accel | Nearer,
+        accel: Accel | Nested | Nearer,
         instances: Instances,
         layers: dict[tuple[str, str], Layer],
         materials: Materials,
@@ -136,8 +138,9 @@ class Scene:
             ],
             np.uint8 if self.dead < 255 else np.uint16,
         )
-        emits = self.materials.emission_varies | (self.materials.emission_constant != 0).any(axis=1)
-        self.surface_emits = (surfaces.surface_material >= 0) & emits[surfaces.surface_material]
+        self.surface_emits = (surfaces.surface_material >= 0) & self.materials.emits[
+            surfaces.surface_material
+        ]
         holds_out = np.array([batch.has_holdout for batch in batches], np.bool_)
         self.surface_holds_out = (surfaces.surface_material >= 0) & holds_out[
             self.materials.batch_of[surfaces.surface_material]

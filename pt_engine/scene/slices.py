@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,7 +22,7 @@ from ..emitters.triangle import TriangleEmitters
 from .accel import Accel
 from .attributes import Layer, appended, normal_layer, position_layer
 from .displace import Layers, displaced
-from .geometry import BOUND, FEW, PLANE, Geometry, Placed, pack_planes, place
+from .geometry import BOUND, FEW, PLANE, Geometry, Placed, mirrors, pack_planes, place
 from .movement import Movement, some_instances
 from .nearer import Nearer
 from .own import looking_at_themselves
@@ -50,17 +50,17 @@ EMPTY = MeshData("", np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32), n
 
 @dataclass
 class MovedGeometry(Geometry):
-    """Geometry whose last records, from triangle `first` on, are those of one moment."""
+    """Geometry of which some records, from triangle `first` on, are those of one moment."""
 
     first: int = 0
-    moved: Float32 | None = None  # (M, 8)
+    moved: Float32 = field(default_factory=lambda: np.zeros((0, 8), np.float32))
 
-    def planes(self, prim: Int32) -> Float32:
-        rows = self.records.take(prim, axis=0, mode="wrap")
-        lanes = np.flatnonzero(prim >= self.first)
-        if self.moved is not None:
-            rows[lanes] = self.moved.take(prim.take(lanes) - self.first, axis=0)
-        return rows.T
+    def planes(self, prim: Int32, instance: Int32 | None = None) -> Float32:
+        """See `Geometry.planes`."""
+        columns = super().planes(prim, instance)
+        lanes = np.flatnonzero((prim >= self.first) & (prim < self.first + len(self.moved)))
+        columns[:, lanes] = self.moved.take(prim.take(lanes) - self.first, axis=0).T[: len(columns)]
+        return columns
 
 
 class Slices:
@@ -77,6 +77,8 @@ class Slices:
 
     Attributes
     ----------
+    moving : range
+        The instances that move, the last ones.
     triangles : int
         How many are placed anew for each moment.
     """
@@ -87,18 +89,8 @@ class Slices:
         self._snapshot, self._materials, self._layers = snapshot, materials, layers
         self._movement = Movement(rest, motion)
         self._shutter = Shutter(motion.shutter)
-        counts = [len(snapshot.meshes[m].triangles) for m in snapshot.instances.mesh]
-        self.triangles = sum(counts[self._movement.first :])
-        self._first = sum(counts[: self._movement.first])
-
-    def tree(self, placed: Placed) -> Accel | Nearer:
-        """Of all triangles, those that move apart from the rest."""
-        if not self._movement.geometry:
-            return Accel(placed.vertices, placed.triangles)
-        still, moving = placed.triangles[: self._first], placed.triangles[self._first :]
-        end = int(np.min(moving)) if len(moving) else len(placed.vertices)
-        self._still_tree = Accel(placed.vertices[:end], still)
-        return Nearer(self._still_tree, Accel(placed.vertices[end:], moving - np.int32(end)), self._first)
+        self.moving = range(self._movement.first, len(snapshot.instances.mesh))
+        self.triangles = sum(len(snapshot.meshes[snapshot.instances.mesh[k]].triangles) for k in self.moving)
 
     def start(self, scene: Scene, make_lights: MakeLights, emitters: TriangleEmitters | None) -> None:
         """Take over the prepared scene of the middle.
@@ -106,7 +98,10 @@ class Slices:
         `make_lights` makes its lights of other emissive triangles.
         """
         self._scene, self._make_lights, self._emitters = scene, make_lights, emitters
-        self._shining = np.flatnonzero(scene.emissive_prim >= self._first)
+        self._first = int(scene.geometry.first_triangle[self.moving.start])
+        if isinstance(scene.accel, Nearer):
+            self._still = scene.accel.still
+        self._shining = np.flatnonzero((scene.emissive_prim >= self._first) & bool(self.moving))
         if not len(self._shining):
             del self._make_lights
 
@@ -117,7 +112,7 @@ class Slices:
         camera = self._movement.camera(time)
         if camera is not None:
             scene.camera = make_camera(camera, scene.geometry.origin)
-        if self._movement.geometry:
+        if self.moving:
             self._move(scene, time)
         return scene
 
@@ -126,8 +121,8 @@ class Slices:
         still, geometry = self._scene, self._scene.geometry
         before = self._moved(time)
         moved = self._displaced(before)
-        placed = place(moved, (geometry.origin, geometry.radius))
-        scene.accel = Nearer(self._still_tree, Accel(placed.vertices, placed.triangles), self._first)
+        placed = place(moved, frame=(geometry.origin, geometry.radius))
+        scene.accel = Nearer(self._still, Accel(placed.vertices, placed.triangles), self._first)
         scene.geometry = self._geometry(geometry, moved, placed)
         scene.transforms = still.transforms.with_last(moved.instances.matrix, geometry.origin)
         if self._movement.deforming:
@@ -155,16 +150,18 @@ class Slices:
 
     def _geometry(self, still: Geometry, moved: Snapshot, placed: Placed) -> Geometry:
         """Records of the moved triangles; materials and emitters' numbers are those of the middle."""
+        span = slice(self._first, self._first + len(placed.triangles))
         few = len(still.records) <= FEW
-        records = (still.records if few else still.records[self._first :]).copy()
-        tail = records[self._first :] if few else records
-        pack_planes(placed.vertices, placed.triangles, tail[: len(placed.triangles)], flip=False)
-        for k in np.flatnonzero(np.linalg.det(moved.instances.matrix[:, :3, :3]) < 0):
-            tail[placed.first_triangle[k] : placed.first_triangle[k + 1], : PLANE + 1] *= -1
+        records = (still.records if few else still.records[span]).copy()
+        last = records[span] if few else records
+        pack_planes(placed.vertices, placed.triangles, last, flip=False)
+        for k, matrix in enumerate(moved.instances.matrix):
+            if mirrors(matrix):
+                last[placed.first_triangle[k] : placed.first_triangle[k + 1], : PLANE + 1] *= -1
         if few:
             return replace(still, records=records)
         parts = {name: getattr(still, name) for name in Geometry.__dataclass_fields__}
-        return MovedGeometry(**parts, first=self._first, moved=tail)
+        return MovedGeometry(**parts, first=self._first, moved=last)
 
     def _shaped_layers(self, moved: Snapshot, before: Snapshot) -> dict[tuple[str, str], Layer]:
         """The tables that follow the shape, deforming meshes' new ones behind the rest."""

@@ -125,7 +125,6 @@ def test_those_that_move_come_last_and_keep_their_rows():
     assert ordered.instances.names == ("object 1", "object 0", "object 2", "object 3")
     movement = Movement(ordered, ordered.motion)
     assert movement.first == 1
-    assert movement.geometry
     found = movement.instances(0.75)
     np.testing.assert_allclose(found.matrix[:, :3, 3], [[0, 0, 0.75], [2, 0, 2], [3, 0, 0]], atol=1e-12)
     assert found.names == ("object 0", "object 2", "object 3")
