@@ -19,8 +19,9 @@ import numpy as np
 from pt_engine.core.memory import kept_buffers
 from pt_engine.render.progressive import render
 from pt_engine.render.settings import RenderSettings
+from pt_engine.scene.accel import Accel
+from pt_engine.scene.geometry import pack, place
 from pt_engine.scene.movement import moving_last
-from pt_engine.scene.placing import build
 from pt_engine.scene.prepare import prepare
 from pt_engine.scene.snapshot import InstanceMotion, Instances, MeshMotion, Motion, Snapshot
 from pt_engine.selftest import scenes as make
@@ -95,7 +96,8 @@ def measured(case: Case) -> Row:
     ordered = moving_last(snapshot)
 
     def whole() -> Any:
-        return build(ordered, None, range(0))
+        placed = place(ordered)
+        return Accel(placed.vertices, placed.triangles), pack(ordered, placed)
 
     there = slices.at(0.5)
     there.slices = None

@@ -70,7 +70,7 @@ class Moments:
     settings : RenderSettings
     sampler : Sampler
     seen : callable
-        Makes of a slice what the integrator sees.
+        `Worker.seen`.
 
     Attributes
     ----------
@@ -81,11 +81,7 @@ class Moments:
     """
 
     def __init__(
-        self,
-        slices: Slices,
-        settings: RenderSettings,
-        sampler: Sampler,
-        seen: Callable[[Scene], Scene],
+        self, slices: Slices, settings: RenderSettings, sampler: Sampler, seen: Callable[[Scene], Scene]
     ) -> None:
         pixels, triangles = settings.width * settings.height, slices.triangles
         self.crowds = self.run = 1

@@ -44,9 +44,7 @@ class Worker:
     Attributes
     ----------
     scene : Scene
-        As the integrator sees it; where something moves, in the middle of the shutter's time.
-    moments : Moments or None
-        The scenes of other times, where something moves.
+        As the integrator sees it.
     """
 
     def __init__(
@@ -54,14 +52,12 @@ class Worker:
     ) -> None:
         self._settings = settings
         self._integrator, self._sampler = integrator, sampler
+        self.scene = self.seen(scene)
         self._filter = FilterTable(settings.pixel_filter, settings.filter_width)
-        self.scene = self._seen(scene)
-        self.moments = (
-            Moments(scene.slices, settings, sampler, self._seen) if scene.slices is not None else None
-        )
+        self.moments = Moments(scene.slices, settings, sampler, self.seen) if scene.slices else None
 
-    def _seen(self, scene: Scene) -> Scene:
-        """A scene as the integrator sees it."""
+    def seen(self, scene: Scene) -> Scene:
+        """A scene as this integrator sees it at this image's size."""
         if self._integrator.combines:
             scene = scene.with_compensated_lights()
         return scene.with_pixels(self._settings.width, self._settings.height)

@@ -105,7 +105,7 @@ class Accel:
         if self.empty:
             n = origin.shape[1]
             zero = np.zeros(n, np.float32)
-            return Hits(tfar, zero, zero.copy(), np.full(n, MISS, np.int32))
+            return Hits(tfar, zero, zero, np.full(n, MISS, np.int32))
         hit = self._scene.run(origin.T, direction.T, tfar, output=True)
         if self._meshes is None:
             return Hits(hit["tfar"], hit["u"], hit["v"], hit["primID"])

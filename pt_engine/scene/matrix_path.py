@@ -1,6 +1,6 @@
 """Matrices between time steps: taken apart, blended, and put together again.
 
-    M = T · R · S        translation, rotation (a unit quaternion), scale and shear (upper triangular)
+    M = T · R · S        translation, rotation (unit quaternion w, x, y, z), scale, shear (upper triangular)
 
 T and S are blended linearly, R along the shorter great circle (Shoemake 1985). So a rotation keeps its size
 and a mirrored object stays mirrored; it is also how Cycles does it. An axis that has shrunk to nothing takes
@@ -33,7 +33,7 @@ class MatrixPath(NamedTuple):
     ----------
     translation : (M, K, 3) float64
     rotation : (M, K, 4) float64
-        Unit quaternions w, x, y, z, neighbours in the same half space.
+        Unit quaternions, neighbours in the same half space.
     scale : (M, K, 3, 3) float64
     """
 

@@ -80,6 +80,11 @@ class Movement:
         matrices = np.array([camera.matrix for camera in cameras], np.float64)
         self._camera_path = MatrixPath.of(matrices[None]) if cameras else None
 
+    @property
+    def geometry(self) -> bool:
+        """Whether any instance moves or deforms."""
+        return self.first < len(self._snapshot.instances.mesh)
+
     def instances(self, time: float) -> Instances:
         """Those that move, where they are at a time in [0, 1]."""
         rows = some_instances(self._snapshot.instances, slice(self.first, None))

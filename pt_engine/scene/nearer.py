@@ -6,11 +6,15 @@ are not sent again.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from .accel import MISS, Accel, Hits
-from .nested import Nested
+
+if TYPE_CHECKING:
+    from .nested import Nested
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -28,11 +32,13 @@ class Nearer:
     """
 
     def __init__(self, still: Accel | Nested, moving: Accel, first: int) -> None:
-        self.still, self._moving, self._first = still, moving, np.int32(first)
+        self._still, self._moving, self._first = still, moving, np.int32(first)
 
     def intersect(self, origin: Float32, direction: Float32, tfar: Float32) -> Hits:
         """See `Accel.intersect`."""
-        behind = self.still.intersect(origin, direction, tfar)
+        if self._still.empty:
+            return self._moving.intersect(origin, direction, tfar)
+        behind = self._still.intersect(origin, direction, tfar)
         before = self._moving.intersect(origin, direction, behind.t)
         lanes = np.flatnonzero(before.prim >= 0)
         u, v, prim = behind.u, behind.v, behind.prim
@@ -44,7 +50,7 @@ class Nearer:
 
     def visible(self, origin: Float32, direction: Float32, tfar: Float32) -> Int32:
         """See `Accel.visible`."""
-        clear = self.still.visible(origin, direction, tfar)
+        clear = self._still.visible(origin, direction, tfar)
         left = tfar.copy()
         left[clear == 0] = -1
         clear &= self._moving.visible(origin, direction, left)

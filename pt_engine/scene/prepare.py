@@ -76,9 +76,9 @@ def prepare(
     view = view_of(snapshot.camera)
     selves = looking_at_themselves(snapshot, materials)
     room = None if memory is None else memory - textures.statistics()["bytes"]
-    moving = slices.moving if slices is not None else range(0)
-    sharing = fitted(snapshot, may_share(snapshot, materials, [*selves, *moving]), materials.needs, room)
-    placed, accel, geometry = build(snapshot, sharing, moving)
+    apart = selves if slices is None else [*selves, *slices.moving]
+    sharing = fitted(snapshot, may_share(snapshot, materials, apart), materials.needs, room)
+    placed, accel, geometry = build(snapshot, sharing, slices)
     own = OwnObjects(placed, selves) if selves else None
     prim, triangles = emissive_triangles(geometry, materials)
     lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]

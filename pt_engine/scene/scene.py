@@ -74,7 +74,7 @@ class Scene:
     def __init__(
         self,
         geometry: Geometry,
-        accel: Accel | Nested | Nearer,
+        accel: Accel | Nearer | Nested,
         instances: Instances,
         layers: dict[tuple[str, str], Layer],
         materials: Materials,

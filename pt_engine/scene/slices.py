@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,6 +31,7 @@ from .snapshot import MeshData, Motion, Snapshot
 
 if TYPE_CHECKING:
     from ..nodes.compile import Materials
+    from .nested import Nested
     from .scene import Scene
 
 Float32 = NDArray[np.float32]
@@ -50,17 +51,18 @@ EMPTY = MeshData("", np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32), n
 
 @dataclass
 class MovedGeometry(Geometry):
-    """Geometry of which some records, from triangle `first` on, are those of one moment."""
+    """Geometry some of whose records, from triangle `first` on, are those of one moment."""
 
     first: int = 0
-    moved: Float32 = field(default_factory=lambda: np.zeros((0, 8), np.float32))
+    moved: Float32 | None = None  # (M, 8)
 
     def planes(self, prim: Int32, instance: Int32 | None = None) -> Float32:
-        """See `Geometry.planes`."""
-        columns = super().planes(prim, instance)
-        lanes = np.flatnonzero((prim >= self.first) & (prim < self.first + len(self.moved)))
-        columns[:, lanes] = self.moved.take(prim.take(lanes) - self.first, axis=0).T[: len(columns)]
-        return columns
+        record = super().planes(prim, instance)
+        if self.moved is not None:
+            lanes = np.flatnonzero((prim >= self.first) & (prim < self.first + len(self.moved)))
+            record = record.copy()
+            record[:, lanes] = self.moved.take(prim.take(lanes) - self.first, axis=0).T[: len(record)]
+        return record
 
 
 class Slices:
@@ -78,7 +80,7 @@ class Slices:
     Attributes
     ----------
     moving : range
-        The instances that move, the last ones.
+        The instances that move or deform.
     triangles : int
         How many are placed anew for each moment.
     """
@@ -92,16 +94,33 @@ class Slices:
         self.moving = range(self._movement.first, len(snapshot.instances.mesh))
         self.triangles = sum(len(snapshot.meshes[snapshot.instances.mesh[k]].triangles) for k in self.moving)
 
+    def still(self, placed: Placed) -> tuple[Float32, Int32]:
+        """Vertices and triangles that don't move, of those that are placed with records of their own."""
+        self._first = len(placed.triangles) - self.triangles
+        end = self._end(placed)
+        return placed.vertices[:end], placed.triangles[: self._first]
+
+    def tree(self, still: Accel | Nested, placed: Placed) -> Accel | Nearer | Nested:
+        """What rays are sent at in the middle: the tree of what stands still, and one of what moves."""
+        self._still_tree = still
+        if not self._movement.geometry:
+            return still
+        end = self._end(placed)
+        moving = Accel(placed.vertices[end:], placed.triangles[self._first :] - np.int32(end))
+        return Nearer(still, moving, self._first)
+
+    def _end(self, placed: Placed) -> int:
+        """Where the moving vertices begin."""
+        moving = placed.triangles[self._first :]
+        return int(np.min(moving)) if len(moving) else len(placed.vertices)
+
     def start(self, scene: Scene, make_lights: MakeLights, emitters: TriangleEmitters | None) -> None:
         """Take over the prepared scene of the middle.
 
         `make_lights` makes its lights of other emissive triangles.
         """
         self._scene, self._make_lights, self._emitters = scene, make_lights, emitters
-        self._first = int(scene.geometry.first_triangle[self.moving.start])
-        if isinstance(scene.accel, Nearer):
-            self._still = scene.accel.still
-        self._shining = np.flatnonzero((scene.emissive_prim >= self._first) & bool(self.moving))
+        self._shining = np.flatnonzero(scene.emissive_prim >= self._first)
         if not len(self._shining):
             del self._make_lights
 
@@ -112,7 +131,7 @@ class Slices:
         camera = self._movement.camera(time)
         if camera is not None:
             scene.camera = make_camera(camera, scene.geometry.origin)
-        if self.moving:
+        if self._movement.geometry:
             self._move(scene, time)
         return scene
 
@@ -122,7 +141,7 @@ class Slices:
         before = self._moved(time)
         moved = self._displaced(before)
         placed = place(moved, frame=(geometry.origin, geometry.radius))
-        scene.accel = Nearer(self._still, Accel(placed.vertices, placed.triangles), self._first)
+        scene.accel = Nearer(self._still_tree, Accel(placed.vertices, placed.triangles), self._first)
         scene.geometry = self._geometry(geometry, moved, placed)
         scene.transforms = still.transforms.with_last(moved.instances.matrix, geometry.origin)
         if self._movement.deforming:
@@ -150,18 +169,18 @@ class Slices:
 
     def _geometry(self, still: Geometry, moved: Snapshot, placed: Placed) -> Geometry:
         """Records of the moved triangles; materials and emitters' numbers are those of the middle."""
-        span = slice(self._first, self._first + len(placed.triangles))
         few = len(still.records) <= FEW
+        span = slice(self._first, self._first + self.triangles)
         records = (still.records if few else still.records[span]).copy()
-        last = records[span] if few else records
-        pack_planes(placed.vertices, placed.triangles, last, flip=False)
+        tail = records[span] if few else records
+        pack_planes(placed.vertices, placed.triangles, tail[: self.triangles], flip=False)
         for k, matrix in enumerate(moved.instances.matrix):
             if mirrors(matrix):
-                last[placed.first_triangle[k] : placed.first_triangle[k + 1], : PLANE + 1] *= -1
+                tail[placed.first_triangle[k] : placed.first_triangle[k + 1], : PLANE + 1] *= -1
         if few:
             return replace(still, records=records)
         parts = {name: getattr(still, name) for name in Geometry.__dataclass_fields__}
-        return MovedGeometry(**parts, first=self._first, moved=last)
+        return MovedGeometry(**parts, first=self._first, moved=tail)
 
     def _shaped_layers(self, moved: Snapshot, before: Snapshot) -> dict[tuple[str, str], Layer]:
         """The tables that follow the shape, deforming meshes' new ones behind the rest."""

@@ -32,10 +32,10 @@ CLASSES: dict[str, type] = {
         data.ImageData,
         data.LightData,
         data.CameraData,
+        data.Stereo,
         data.Motion,
         data.InstanceMotion,
         data.MeshMotion,
-        data.Stereo,
     )
 }
 

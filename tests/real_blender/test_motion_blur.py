@@ -1,4 +1,4 @@
-"""Motion blur in a real Blender: its render thread asks for other frames, and drivers run Python then."""
+"""Motion blur where Blender renders in a thread of its own, and drivers in Python are evaluated each time."""
 
 import json
 import shutil

@@ -37,7 +37,7 @@ def fixture_scene(request, monkeypatch):
     if request.param == "crowds":
         monkeypatch.setattr(moments, "FEWEST_LANES", 50)
     made = prepare(snapshot(rings=16 if request.param == "runs" else 2))
-    found = Moments(made.slices, SETTINGS, SAMPLERS["sobol"](0), lambda slice_: slice_)
+    found = Moments(made.slices, SETTINGS, SAMPLERS["sobol"](0), lambda scene: scene)
     expected = {"one moment a sample": (1, 1), "crowds": (4, 1), "runs": (1, 4)}
     assert (found.crowds, found.run) == expected[request.param]
     return made
@@ -105,7 +105,7 @@ def test_crowds_have_times_of_their_own_and_fill_the_shutter(monkeypatch):
     monkeypatch.setattr(moments, "FEWEST_LANES", 1)
     scene = prepare(snapshot())
     found = Moments(
-        scene.slices, replace(SETTINGS, width=640, height=480), SAMPLERS["sobol"](3), lambda slice_: slice_
+        scene.slices, replace(SETTINGS, width=640, height=480), SAMPLERS["sobol"](3), lambda scene: scene
     )
     assert found.crowds == 16
     times = np.array([[found.scene(moments.Moment(c, r)).time for r in range(8)] for c in range(16)])

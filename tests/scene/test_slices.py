@@ -9,7 +9,6 @@ import pytest
 from support import scenes as make
 from support.motion import moving, standing_at
 from support.rooms import half_transparent
-from support.sharing import joined, shared
 
 from pt_engine.render.progressive import render
 from pt_engine.render.settings import RenderSettings
@@ -158,22 +157,3 @@ def test_a_motion_that_is_none_changes_no_bit():
     snapshot = replace(moving(snapshot, {0: [UP, UP]}))
     still = standing_at(snapshot, 0.5)
     np.testing.assert_array_equal(image(prepare(snapshot)), image(prepare(still)))
-
-
-@pytest.mark.parametrize("way", ["copied", "nested"])
-def test_among_instances_that_share_records(way, monkeypatch):
-    """What moves has records of its own, between those of the rest and the shared ones.
-
-    Hits on shared records differ by roundings, so the slice is held against one of a scene without any.
-    """
-    ball = make.sphere(0.5, 32)
-    crowd = [(ball, make.translation(x, y, 0.5), GREY) for x in (-2, 0, 2) for y in (0, 2)]
-    snapshot = stage((make.box(1.0), PATH[1], make.diffuse((0.1, 0.8, 0.3))), *crowd)
-    snapshot = moving(joined(snapshot), {0: PATH, 3: [make.translation(-2, 0, z) for z in (0.5, 0.9)]})
-    plain, sharing = prepare(snapshot).slices.at(0.3), shared(snapshot, way, monkeypatch).slices.at(0.3)
-    assert sharing.geometry.shared is not None
-    assert len(sharing.geometry.records) < 0.6 * len(plain.geometry.records)
-    plain.slices = sharing.slices = None
-    a, b = image(plain), image(sharing)
-    assert (np.abs(a - b).max(axis=-1) > 1e-3 * a.max()).mean() < 0.02  # rays at edges, and what follows
-    np.testing.assert_allclose(b.mean(axis=(0, 1)), a.mean(axis=(0, 1)), rtol=2e-3)
