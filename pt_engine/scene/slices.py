@@ -38,6 +38,7 @@ Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
 MakeLights = Callable[..., Lights]
 
+PER_TRIANGLE = 130  # bytes of a slice: positions, records and Embree's own (docs/motion-blur.md)
 SHAPED = {  # attribute tables that follow a mesh's shape, and whether they show it before displacement
     "normal": (normal_layer, False),
     "position": (position_layer, False),
@@ -93,6 +94,11 @@ class Slices:
         self._shutter = Shutter(motion.shutter)
         self.moving = range(self._movement.first, len(snapshot.instances.mesh))
         self.triangles = sum(len(snapshot.meshes[snapshot.instances.mesh[k]].triangles) for k in self.moving)
+
+    @property
+    def bytes(self) -> int:
+        """What the slices in use at a time take, about: one for some threads, the next for the others."""
+        return 2 * PER_TRIANGLE * self.triangles
 
     def still(self, placed: Placed) -> tuple[Float32, Int32]:
         """Vertices and triangles that don't move, of those that are placed with records of their own."""
