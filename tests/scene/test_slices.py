@@ -12,6 +12,7 @@ from support.rooms import half_transparent
 
 from pt_engine.render.progressive import render
 from pt_engine.render.settings import RenderSettings
+from pt_engine.scene.memory import TooLarge
 from pt_engine.scene.prepare import prepare
 from pt_engine.scene.snapshot import Graph, Link, Node
 
@@ -157,3 +158,15 @@ def test_a_motion_that_is_none_changes_no_bit():
     snapshot = replace(moving(snapshot, {0: [UP, UP]}))
     still = standing_at(snapshot, 0.5)
     np.testing.assert_array_equal(image(prepare(snapshot)), image(prepare(still)))
+
+
+def test_what_slices_take_counts_for_the_scene():
+    """Two of them at a time, and the shapes at all times; with less memory than that nothing is built."""
+    ball = make.sphere(1.0, 48)
+    snapshot = stage((ball, PATH[1], GREY))
+    moved = moving(snapshot, {0: PATH}, {0: np.stack([ball.vertices] * 3)})
+    still, scene = prepare(snapshot), prepare(moved)
+    shapes, matrices = 3 * ball.vertices.nbytes, np.array(PATH).nbytes
+    assert scene.bytes == still.bytes + scene.slices.bytes + shapes + matrices
+    with pytest.raises(TooLarge):
+        prepare(moved, memory=still.bytes)
