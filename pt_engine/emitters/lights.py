@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..core.distributions import AliasTable
 from ..core.uniforms import Uniforms
-from ..scene.snapshot import LightData, Visibility
+from ..scene.snapshot import LightData
 from . import select
 from .base import FAR, NO_BARYCENTRIC, NO_LANES, Draw, Float32, Float64, Hits, Index, Lamp, LampShader
 from .cuts import LocalChoice
@@ -23,7 +23,7 @@ from .environment import Environment
 from .faces import Faces
 from .many import Surfaces, crowd, local_choice
 from .parts import EnvironmentPart, Part, lamp_parts, traits
-from .restricted import Linking, Restrictions, Ways, restrictions
+from .restricted import Restrictions, Shown, Ways, restrictions
 from .triangle import TriangleEmitters
 
 LAMPS = ("point", "spot", "sun", "area")
@@ -71,23 +71,6 @@ class LightSample(NamedTuple):
     barycentric: Float32 = NO_BARYCENTRIC
     place: Places = None
     hidden: NDArray[np.uint8] | None = None
-
-
-class Shown(NamedTuple):
-    """Who sees what shines, beside what lamps say themselves.
-
-    Attributes
-    ----------
-    world : int
-        `Visibility` bits.
-    linking : Linking or None
-    apart : (S,) bool or None
-        By set of linked emitters: whether some objects cast no shadow in their light.
-    """
-
-    world: int = Visibility.ALL
-    linking: Linking | None = None
-    apart: NDArray[np.bool_] | None = None
 
 
 class Lights:

@@ -13,6 +13,9 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .linking import UNLIMITED as UNLIMITED
+from .linking import Linking as Linking
+from .linking import Visibility as Visibility
 from .snapshot_camera import CameraData as CameraData
 from .snapshot_camera import InstanceMotion as InstanceMotion
 from .snapshot_camera import MeshMotion as MeshMotion
@@ -179,45 +182,6 @@ class Instances:
     visibility: NDArray[np.uint8]
     names: tuple[str, ...]
     attributes: dict[str, Float32] = field(default_factory=dict)
-
-
-class Visibility:
-    """Which rays see an object (bits; Blender's ray visibility panel)."""
-
-    CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, SHADOW, VOLUME = 1, 2, 4, 8, 16, 32
-    ALL = 63
-    # no kinds of rays: where the camera sees it, the film has a hole; or only shadows on it
-    HOLDOUT, CATCHER = 64, 128
-
-
-UNLIMITED = 1024  # bounces
-
-
-@dataclass(frozen=True)
-class Linking:
-    """Light and shadow linking: emitters, receivers and blockers in sets, set 0 those without any link.
-
-    Attributes
-    ----------
-    receives : (R, E) uint8
-        1 where receivers of a set get the light of emitters of a set.
-    blocks : (B, E) uint8
-        1 where blockers of a set cast shadows in the light of emitters of a set.
-    receiver, blocker, emitter : (I,) int32
-        Sets of each instance.
-    """
-
-    receives: NDArray[np.uint8]
-    blocks: NDArray[np.uint8]
-    receiver: Int32
-    blocker: Int32
-    emitter: Int32
-
-    def of(self, rows: slice | NDArray[np.intp]) -> Linking:
-        """The same for some instances."""
-        return Linking(
-            self.receives, self.blocks, self.receiver[rows], self.blocker[rows], self.emitter[rows]
-        )
 
 
 @dataclass(frozen=True)
