@@ -208,8 +208,8 @@ class RecordedBSDF:
         self._bsdf, self._recorder = bsdf, recorder
         self.smooth_count = bsdf.smooth_count
 
-    def eval_pdf(self, wo: Float32) -> tuple[Float32, Float32]:
-        value, pdf = self._bsdf.eval_pdf(wo)
+    def eval_pdf(self, wo: Float32, hidden: NDArray[np.uint8] | None = None) -> tuple[Float32, Float32]:
+        value, pdf = self._bsdf.eval_pdf(wo, hidden)
         self._recorder.note("BSDF toward the emitter", **{"f·cosθ": value[:, 0], "pdf BSDF": pdf[0]})
         return value, pdf
 

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from ..cameras.base import Camera
 from ..core.pixel_filters import FilterTable
+from ..core.raykind import RayKind
 from ..core.samplers import Sampler
 from ..scene.scene import Scene
 from ..scene.wave import Rays
+from .catcher_film import Parts, empty_parts, flattened, put
 from .dimensions import LaneSampler
 from .integrator import Integrator
 from .moments import Moments, Part
@@ -23,12 +25,16 @@ Float32 = NDArray[np.float32]
 
 
 class UnitResult(NamedTuple):
-    """Radiance (3, N) and coverage (N,) of a unit, sample-major: slot = sample · pixels + pixel."""
+    """Radiance (3, N) and coverage (N,) of a unit, sample-major: slot = sample · pixels + pixel.
+
+    `caught` are the parts of it where there are shadow catchers.
+    """
 
     unit: Unit
     radiance: Float32
     alpha: Float32 | None
     rays: dict[str, int]
+    caught: Parts | None = None
 
 
 class Worker:
@@ -53,6 +59,7 @@ class Worker:
         self._settings = settings
         self._integrator, self._sampler = integrator, sampler
         self.scene = self.seen(scene)
+        self._alone = None if scene.alone is None else self.seen(scene.alone)
         self._filter = FilterTable(settings.pixel_filter, settings.filter_width)
         self.moments = Moments(scene.slices, settings, sampler, self.seen) if scene.slices else None
 
@@ -85,7 +92,30 @@ class Worker:
         rays = self.camera_rays(unit, sampler, moment.camera)
         scene = moment.for_unit(rays.o.shape[1])
         radiance = self.exposed(self._integrator.sample(scene, rays, sampler))
-        return UnitResult(unit, radiance, scene.alpha, scene.rays)
+        if scene.caught is None or self._alone is None:
+            return UnitResult(unit, radiance, scene.alpha, scene.rays)
+        return UnitResult(unit, radiance, scene.alpha, scene.rays, self.caught(unit, scene, radiance))
+
+    def caught(self, unit: Unit, scene: Scene, radiance: Float32) -> Parts:
+        """The light that catchers send in the whole scene and alone, by the same random numbers."""
+        sampler, caught = self.lane_sampler(unit), scene.caught
+        rays = self.camera_rays(unit, sampler, scene.camera)
+        assert caught is not None
+        assert self._alone is not None
+        rays.tfar[~caught.hit] = -1
+        alone = self._alone.for_unit(rays.o.shape[1])
+        light = self._integrator.sample(alone, rays, sampler)
+        assert alone.caught is not None
+        scene.rays.update(alone.rays)
+        matte = np.where(caught.hit, self.exposed(caught.light), radiance)
+        return Parts(
+            matte=matte,
+            matte_alpha=np.where(caught.hit, caught.alpha, scene.alpha),
+            shaded=radiance - matte,
+            alone=self.exposed((light - alone.caught.light) * caught.beta) * caught.hit,
+            hit=caught.hit.astype(np.float32),
+            sky=None if scene.film_transparent else self.exposed(caught.sky),
+        )
 
     def scene_of(self, unit: Unit) -> Scene:
         """The scene that a unit of one pixel and one sample sees."""
@@ -112,7 +142,8 @@ class Worker:
         raster = np.stack([np.tile(c, unit.spp) for c in (x, y)]).astype(np.float32)
         raster += np.float32(0.5)
         raster += offset
-        return Rays(*camera.rays(raster, sampler.lens() if camera.has_lens else None))
+        o, d, tfar = camera.rays(raster, sampler.lens() if camera.has_lens else None)
+        return Rays(o, d, tfar, RayKind.CAMERA)
 
     def _pixel_coordinates(self, unit: Unit) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         x0, y0, x1, _ = self._settings.window
@@ -126,10 +157,16 @@ def joined(unit: Unit, parts: list[Part], results: list[UnitResult]) -> UnitResu
     radiance = np.empty((3, *shape), np.float32)
     alpha = None if results[0].alpha is None else np.empty(shape, np.float32)
     rays: Counter[str] = Counter()
+    caught = None if results[0].caught is None else empty_parts(results[0].caught, radiance.shape[1:])
     for part, result in zip(parts, results, strict=True):
         size = part.unit.spp, len(part.unit.pixels)
         radiance[:, part.rows, part.columns] = result.radiance.reshape(3, *size)
         if alpha is not None and result.alpha is not None:
             alpha[part.rows, part.columns] = result.alpha.reshape(size)
+        if caught is not None and result.caught is not None:
+            put(caught, result.caught, part.rows, part.columns, size)
         rays.update(result.rays)
-    return UnitResult(unit, radiance.reshape(3, -1), None if alpha is None else alpha.ravel(), rays)
+    flat = None if alpha is None else alpha.ravel()
+    return UnitResult(
+        unit, radiance.reshape(3, -1), flat, rays, None if caught is None else flattened(caught)
+    )

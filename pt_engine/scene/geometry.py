@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .accel import Hits
 from .snapshot import Instances, MeshData, Snapshot
 
 if TYPE_CHECKING:
@@ -96,6 +97,14 @@ class Geometry:
         """(N,) one of the records' integers."""
         row = self.records.take(prim, axis=0, mode="wrap")
         return np.ascontiguousarray(row[:, column]).view(np.int32)
+
+    def instance_of(self, hits: Hits, lanes: NDArray[np.intp]) -> Int32:
+        """(K,) which placed mesh some rays have hit."""
+        own = self.integer(INSTANCE, hits.prim.take(lanes))
+        if hits.instance is None:
+            return own
+        shared = hits.instance.take(lanes)
+        return np.where(shared < 0, own, shared)
 
     def set_emitters(self, prim: NDArray[np.int64]) -> None:
         """Give the triangles `prim` the emitter numbers 0, 1, …"""

@@ -31,7 +31,8 @@ def moving_last(snapshot: Snapshot) -> Snapshot:
     place[order] = np.arange(len(order))
     moved = tuple(replace(m, instance=place[m.instance].astype(np.int32)) for m in motion.instances)
     instances = some_instances(snapshot.instances, order)
-    return replace(snapshot, instances=instances, motion=replace(motion, instances=moved))
+    links = None if snapshot.linking is None else snapshot.linking.of(order)
+    return replace(snapshot, instances=instances, linking=links, motion=replace(motion, instances=moved))
 
 
 def moves(snapshot: Snapshot, motion: Motion) -> NDArray[np.bool_]:

@@ -8,6 +8,7 @@ from .accel import Accel
 from .geometry import Geometry, Placed, pack, place
 from .instancing import Shared, Sharing, candidates, copies
 from .nested import Nested
+from .sighted import Sighted, among, sighted, standing_out, without
 from .snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -18,14 +19,20 @@ if TYPE_CHECKING:
 
 def build(
     snapshot: Snapshot, sharing: Sharing | None, slices: Slices | None = None
-) -> tuple[Placed, Accel | Nearer | Nested, Geometry]:
+) -> tuple[Placed, Accel | Nearer | Nested | Sighted, Geometry]:
     """Triangles in the world, what rays are sent at, and the records.
 
     Records come after Embree's build, which needs the most memory and then has it. What moves (`slices`) has
     a tree of its own.
     """
     placed = place(snapshot, sharing)
-    still = (placed.vertices, placed.triangles) if slices is None else slices.still(placed)
+    if sharing is None and slices is None:
+        return placed, sighted(placed, snapshot.instances, snapshot.linking), pack(snapshot, placed)
+    out = standing_out(snapshot)
+    if slices is not None:
+        out[slices.moving] = False
+    rest = without(placed, out)
+    still = (rest.vertices, rest.triangles) if slices is None else slices.still(rest)
     more = () if sharing is None else copies(snapshot, sharing, placed.first_record, placed.origin)
     tree = Accel(*still, more)
     accel: Accel | Nested = tree
@@ -34,7 +41,8 @@ def build(
         geometry.shared = Shared(snapshot, placed.origin)
         if sharing.nested.any():
             accel = Nested(tree, snapshot, sharing, placed)
-    return placed, accel if slices is None else slices.tree(accel, placed), geometry
+    seen = among(accel, placed, snapshot, out) if out.any() else accel
+    return placed, seen if slices is None else slices.tree(seen, placed), geometry
 
 
 def may_share(snapshot: Snapshot, materials: Materials, alone: list[int]) -> Sharing | None:

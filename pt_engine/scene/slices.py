@@ -27,6 +27,7 @@ from .movement import Movement, some_instances
 from .nearer import Nearer
 from .own import looking_at_themselves
 from .shutter import Shutter
+from .sighted import Sighted, sighted
 from .snapshot import MeshData, Motion, Snapshot
 
 if TYPE_CHECKING:
@@ -93,6 +94,8 @@ class Slices:
         self._movement = Movement(rest, motion)
         self._shutter = Shutter(motion.shutter)
         self.moving = range(self._movement.first, len(snapshot.instances.mesh))
+        links = snapshot.linking
+        self._linking = None if links is None else links.of(slice(self._movement.first, None))
         self.triangles = sum(len(snapshot.meshes[snapshot.instances.mesh[k]].triangles) for k in self.moving)
 
     @property
@@ -106,7 +109,7 @@ class Slices:
         end = self._end(placed)
         return placed.vertices[:end], placed.triangles[: self._first]
 
-    def tree(self, still: Accel | Nested, placed: Placed) -> Accel | Nearer | Nested:
+    def tree(self, still: Accel | Nested | Sighted, placed: Placed) -> Accel | Nearer | Nested | Sighted:
         """What rays are sent at in the middle: the tree of what stands still, and one of what moves."""
         self._still_tree = still
         if not self._movement.geometry:
@@ -147,7 +150,8 @@ class Slices:
         before = self._moved(time)
         moved = self._displaced(before)
         placed = place(moved, frame=(geometry.origin, geometry.radius))
-        scene.accel = Nearer(self._still_tree, Accel(placed.vertices, placed.triangles), self._first)
+        tree = sighted(placed, moved.instances, self._linking)
+        scene.accel = Nearer(self._still_tree, tree, self._first)
         scene.geometry = self._geometry(geometry, moved, placed)
         scene.transforms = still.transforms.with_last(moved.instances.matrix, geometry.origin)
         if self._movement.deforming:

@@ -32,6 +32,7 @@ CLASSES: dict[str, type] = {
         data.ImageData,
         data.LightData,
         data.CameraData,
+        data.Linking,
         data.Stereo,
         data.Motion,
         data.InstanceMotion,
@@ -52,6 +53,8 @@ def check(snapshot: object) -> data.Snapshot:
     for mesh in snapshot.meshes:
         check_mesh(mesh)
     check_instances(snapshot)
+    if snapshot.linking is not None:
+        check_linking(snapshot.linking, snapshot)
     graphs = [*snapshot.materials, snapshot.world, *(light.graph for light in snapshot.lights)]
     for graph in graphs:
         if graph is not None:
@@ -212,6 +215,18 @@ def check_instances(snapshot: data.Snapshot) -> None:
     require(len(rows.names) == count, "instances.names has another length")
     for name, values in rows.attributes.items():
         shape(values, (count, 4), f"instances.attributes {name}")
+
+
+def check_linking(links: data.Linking, snapshot: data.Snapshot) -> None:
+    """Sets that exist, for every instance and lamp."""
+    count = (len(snapshot.instances.mesh),)
+    shape(links.receives, (None, None), "linking.receives")
+    shape(links.blocks, (None, links.receives.shape[1]), "linking.blocks")
+    for name, table in (("receiver", links.receives), ("blocker", links.blocks), ("emitter", links.blocks.T)):
+        shape(getattr(links, name), count, f"linking.{name}")
+        within(getattr(links, name), len(table), f"linking.{name}")
+    for light in snapshot.lights:
+        require(0 <= light.group < links.receives.shape[1], "a lamp's group is missing")
 
 
 def check_motion(motion: data.Motion, snapshot: data.Snapshot) -> None:

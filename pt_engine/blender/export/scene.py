@@ -15,7 +15,7 @@ from .motion import MotionReader
 from .properties import with_scene_values
 from .shutter import Shutter
 from .unsupported import scene_wide
-from .world import export_world
+from .world import export_world, world_visibility
 
 
 def export_scene(depsgraph, *, camera=None, size=None, frame_set=None) -> Snapshot:
@@ -52,7 +52,7 @@ def export_moment(depsgraph, camera, size, shutter: Shutter, frame: int) -> Snap
     dicing = Dicing(depsgraph, scene, camera, size, unsupported)
     collector = Collector(depsgraph, materials, images, unsupported, dicing)
     instances = collector.run()
-    world = export_world(scene, view_layer, depsgraph, images, unsupported)
+    world = export_world(scene, view_layer, depsgraph, images)
     unsupported += scene_wide(depsgraph, scene)
     motion, framed = None, export_camera(camera, scene.render, size=size, unsupported=unsupported)
     if shutter.on:
@@ -74,7 +74,18 @@ def export_moment(depsgraph, camera, size, shutter: Shutter, frame: int) -> Snap
         exposure=getattr(getattr(scene, "cycles", None), "film_exposure", 1.0),
         unsupported=tuple(dict.fromkeys(unsupported)),
         ocio_config=ocio_config(),
+        world_visibility=world_visibility(scene, view_layer),
+        linking=collector.linking,
+        clear_glass=clear_glass(scene),
     )
+
+
+def clear_glass(scene) -> float:
+    """Roughness up to which a transparent film shows through glass; −1 for none."""
+    cycles = getattr(scene, "cycles", None)
+    if not getattr(cycles, "film_transparent_glass", False):
+        return -1.0
+    return getattr(cycles, "film_transparent_roughness", 0.1)
 
 
 def camera_of(depsgraph, scene, camera=None):

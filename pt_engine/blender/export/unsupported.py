@@ -11,6 +11,7 @@ def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
         *rolling_shutter(scene),
         *shadow_caustics(depsgraph),
         *texture_settings(scene),
+        *light_groups(depsgraph),
         *(entry for owner in depsgraph.objects for entry in of_object(owner)),
     ]
 
@@ -32,6 +33,15 @@ def shadow_caustics(depsgraph):
     if marked("is_caustics_caster") and marked("is_caustics_receiver"):
         effect = "light refracted onto receivers is missing, or noisy where lamps have a size"
         yield ("Scene", "shadow caustics", effect)
+
+
+def light_groups(depsgraph):
+    """Passes of groups of lights, where the view layer has any that something is in."""
+    groups = {group.name for group in getattr(depsgraph.view_layer, "lightgroups", ())}
+    owners = [*depsgraph.objects, depsgraph.scene.world]
+    if groups & {getattr(owner, "lightgroup", "") for owner in owners if owner is not None}:
+        effect = "no passes of their own: all are in the image together"
+        yield (f"View layer {depsgraph.view_layer.name}", "light groups", effect)
 
 
 def texture_settings(scene):
