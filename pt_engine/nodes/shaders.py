@@ -100,6 +100,8 @@ def diffuse(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
 @shader("BsdfTranslucent")
 def translucent(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     weight = n.builder.multiply(weight, n.color("Color", 0.8))
+    if n.linked("Normal") is not None:
+        n.approximate("bumps do not dim what passes; in Cycles they dim that of sampled lights")
     out.add("translucent", {}, weight, closure_normal(n))
 
 

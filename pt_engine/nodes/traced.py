@@ -52,11 +52,15 @@ def ambient_occlusion_node(n: NodeView) -> Outputs:
 
 
 @lane_op(VECTOR, reads=lambda *_: ("traced", "own", "sharpness"))
-def bevel(lanes: Any, key: int, samples: int, radius: Float32, *normal: Float32) -> Float32:
-    """The normal of rounded edges; what they turn it by is added to a linked normal."""
+def bevel(lanes: Any, key: int, samples: int, linked: bool, radius: Float32, *normals: Float32) -> Float32:
+    """The normal of rounded edges; what they turn it by is added to a linked normal, the first of `normals`.
+
+    The last of them is the surface's where displacement bends it.
+    """
+    surface = normals[-1] if len(normals) > linked else lanes.ns
     around = getattr(lanes, "bevelled", None)
-    rounded = lanes.ns if around is None else around(radius, samples, key)
-    return unit(normal[0] + (rounded - lanes.ns)) if normal else rounded
+    rounded = surface if around is None else around(radius, samples, key, surface)
+    return unit(normals[0] + (rounded - surface)) if linked else rounded
 
 
 @node("Bevel")
@@ -65,4 +69,5 @@ def bevel_node(n: NodeView) -> Outputs:
     if n.reader.world or is_zero(radius):
         return {"Normal": n.normal()}
     extra = () if normal is None else (normal,)
-    return {"Normal": n.call(bevel, radius, *extra, static=(n.number, int(n.prop("samples", 4))))}
+    static = (n.number, int(n.prop("samples", 4)), normal is not None)
+    return {"Normal": n.call(bevel, radius, *extra, *n.bent(), static=static)}

@@ -199,9 +199,9 @@ class Lanes:
         """(n,) see `tracing.open_share`."""
         return open_share(self, normal, distance, samples, local, key)
 
-    def bevelled(self, radius: Float32, samples: int, key: int) -> Float32:
+    def bevelled(self, radius: Float32, samples: int, key: int, surface: Float32) -> Float32:
         """(3, n) see `bevel.bevelled`."""
-        return bevelled(self, radius, samples, key)
+        return bevelled(self, radius, samples, key, surface)
 
     @cached_property
     def footprint(self) -> Float32:

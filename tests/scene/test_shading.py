@@ -385,7 +385,7 @@ def test_tangents_turn_the_frame():
     """s along the tangent made orthogonal to the normal; s × t = n."""
     n, t = unit(random_directions(200, 12)), unit(random_directions(200, 13))
     along_s, along_t = frames.from_tangent(n, t)
-    one = Closure(translucent, translucent.Params(), colour(1, 1, 1), n, t)
+    one = Closure(diffuse, diffuse.Params(), colour(1, 1, 1), n, t)
     bsdf = SliceBSDF([one], fake_lanes(200))
     np.testing.assert_array_equal(bsdf.frames[0].axes[0], along_s)
     np.testing.assert_array_equal(bsdf.frames[0].axes[1], along_t)
