@@ -21,6 +21,7 @@ from .arrivals import Arrival
 from .bevel import bevelled
 from .geometry import BOUND, EMITTER, INSTANCE, NORMAL, PLANE, Geometry
 from .moved import moved, steps
+from .raycast import Met, raycast
 from .rest import at_rest, rest_steps
 from .tracing import open_share
 
@@ -202,6 +203,12 @@ class Lanes:
     def bevelled(self, radius: Float32, samples: int, key: int, surface: Float32) -> Float32:
         """(3, n) see `bevel.bevelled`."""
         return bevelled(self, radius, samples, key, surface)
+
+    def raycast(
+        self, position: Float32, direction: Float32, reach: Float32, local: bool, names: tuple[str, ...]
+    ) -> Met | None:
+        """See `raycast.raycast`."""
+        return raycast(self, position, direction, reach, local, names)
 
     @cached_property
     def footprint(self) -> Float32:
