@@ -113,15 +113,13 @@ def segment_of(p: Float32, sides: Float32, roundness: Float32) -> Segment:
     )
 
 
-def corner_beside(
-    a: Float32, b: Float32, bevel: Float32, roundness: Float32
-) -> tuple[Float32, Float32, Float32]:
-    """Centre and radius of the circle between the first segment and the narrow one before it."""
+def corner_beside(a: Float32, b: Float32, bevel: Float32, roundness: Float32) -> Float32:
+    """(3, N) centre and radius of the circle between the first segment and the narrow one before it."""
     radius = roundness * np.tan(b) / np.tan(HALF * (a + b))
     far = np.cos(b - bevel)
     x = np.cos(bevel) / far - radius * np.cos(b)
     y = radius * np.sin(b) - np.sin(bevel) / far
-    return x, y, radius
+    return np.stack([x, y, radius]).astype(np.float32, copy=False)
 
 
 def edge(half: Float32, bevel: Float32, roundness: Float32) -> Float32:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .graph import NodeView
 from .coordinates import position
 from .geometry_nodes import shading_normal
+from .graph import NodeView
 from .ir import COLOR, FLOAT, VECTOR, Const, Op, Value, lane_op
 from .registry import Outputs, node
 from .surface import is_zero
