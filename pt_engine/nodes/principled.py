@@ -206,7 +206,10 @@ class Layers:
         if not is_zero(sheet):
             rest = b.add(rest, self.thin_subsurface(sheet, roughness))
         if not is_zero(solid):
-            n.approximate("subsurface light leaves where it enters")
+            if not (
+                is_zero(n.float("Subsurface Scale", 0.05)) or is_zero(n.vector("Subsurface Radius", 1.0))
+            ):
+                n.approximate("subsurface light leaves where it enters")
             if is_lambert(roughness):
                 rest = b.add(rest, solid)
             else:
