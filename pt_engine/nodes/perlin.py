@@ -78,14 +78,17 @@ def signed_noise(point: Point, room: Room | None = None) -> Float32:
     grid = None if far else Grid.between(first, last, size)
     count = -(-(size << dimension) // BLOCK)
     n = -(-size // count)
+    part, low = np.empty((dimension, n), np.float32), np.empty((dimension, n), np.float32)
+    every = (*range(dimension),)
     for k in range(count):
         start = min(k * n, size - n)  # all blocks are of one size; the last overlaps the one before
-        part = np.stack([p[start : start + n] if p.shape[-1] > 1 else np.repeat(p, n) for p in point])
+        for row, p in zip(part, point, strict=True):
+            row[:] = p[start : start + n] if p.shape[-1] > 1 else p
         if far:
-            part = _periodic(part)
-        low = np.floor(part)
+            part[:] = _periodic(part)
+        np.floor(part, out=low)
         part -= low
-        active = (*np.flatnonzero(part.any(axis=1)).tolist(),)
+        active = every if part[:, 0].all() else (*np.flatnonzero(part.any(axis=1)).tolist(),)
         room.block(dimension, active, n).blend(part, low, grid, out[start : start + n])
     out *= np.float32(SCALE[dimension - 1])
     out += np.float32(0)  # of two zeros always the positive one, whichever corners were left out
