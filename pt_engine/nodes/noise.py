@@ -6,6 +6,7 @@ After Musgrave in Ebert et al., "Texturing and Modeling". A point is a list of 1
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -31,6 +32,7 @@ def moved(point: Point, seed: float) -> list[Float32]:
     return [p + _offset(seed, float(axis)) for axis, p in enumerate(point)]
 
 
+@cache
 def _offset(*seeds: float) -> Float32:
     """100 + 100·hash, rounded once."""
     return (100 + floats_to_float(*seeds).astype(np.float64) * 100).astype(np.float32)
