@@ -24,6 +24,7 @@ Point = Sequence[Float32]
 
 SCALE: Final = (0.25, 0.6616, 0.9820, 0.8344)  # to about [-1, 1], by dimension
 PERIOD: Final = 100000.0
+COARSE: Final = np.float32(1000000)  # from here on points are taken half a step off
 HUGE: Final = 1e15  # below it a float64 holds every multiple of the period exactly
 BLOCK: Final = 65536  # corners at a time: few calls, and some arrays of them still fit a core's cache
 SHIFT: Final = [np.array(k, np.uint32) for k in range(32)]  # ufuncs take arrays faster than numbers
@@ -98,13 +99,15 @@ def signed_noise(point: Point, room: Room | None = None) -> Float32:
 def _periodic(p: Float32) -> Float32:
     """Into (−100000, 100000), exactly; half a step off where the number is too coarse for the lattice."""
     size = np.abs(p)
-    if size.max() < HUGE:
+    longest = size.max()
+    if longest < HUGE:
         wide = p.astype(np.float64)
         wide -= np.trunc(wide / PERIOD) * PERIOD
         inside = wide.astype(np.float32)
     else:
         inside = np.nan_to_num(np.fmod(p, np.float32(PERIOD)), nan=0.0, posinf=0.0, neginf=0.0)
-    inside += np.float32(0.5) * (size >= np.float32(1000000))
+    if not longest < COARSE:
+        inside += np.float32(0.5) * (size >= COARSE)
     return inside
 
 
