@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from ..scene.scene import Scene
 from ..scene.wave import Rays
 from .dimensions import LaneSampler
 from .integrator import Integrator
+from .moments import Moments, Part
 from .schedule import Unit
 from .settings import RenderSettings
 
@@ -38,28 +40,62 @@ class Worker:
     settings : RenderSettings
     integrator : Integrator
     sampler : Sampler
+
+    Attributes
+    ----------
+    scene : Scene
+        As the integrator sees it.
     """
 
     def __init__(
         self, scene: Scene, settings: RenderSettings, integrator: Integrator, sampler: Sampler
     ) -> None:
-        self._scene = scene.with_pixels(settings.width, settings.height)
         self._settings = settings
         self._integrator, self._sampler = integrator, sampler
+        self.scene = self.seen(scene)
         self._filter = FilterTable(settings.pixel_filter, settings.filter_width)
-        self._camera: Camera = scene.camera.at_resolution(settings.width, settings.height)
+        self.moments = Moments(scene.slices, settings, sampler, self.seen) if scene.slices else None
+
+    def seen(self, scene: Scene) -> Scene:
+        """A scene as this integrator sees it at this image's size."""
+        if self._integrator.combines:
+            scene = scene.with_compensated_lights()
+        return scene.with_pixels(self._settings.width, self._settings.height)
+
+    @property
+    def run(self) -> int:
+        """Samples of a pixel, from a multiple of it on, that are best rendered together; 0 for any."""
+        return 0 if self.moments is None else self.moments.run
+
+    def groups(self, order: NDArray[np.int32]) -> list[NDArray[np.int32]]:
+        """The pixels of `order` in groups that are best rendered one after the other."""
+        return [order] if self.moments is None else self.moments.groups(order)
 
     def render(self, unit: Unit) -> UnitResult:
         """Estimate the radiance of each of the unit's camera rays."""
+        if self.moments is None:
+            return self._render(unit, self.scene)
+        parts = list(self.moments.parts(unit))
+        results = [self._render(part.unit, self.moments.scene(part.moment)) for part in parts]
+        return results[0] if len(parts) == 1 else joined(unit, parts, results)
+
+    def _render(self, unit: Unit, moment: Scene) -> UnitResult:
+        """The same where all see one moment."""
         sampler = self.lane_sampler(unit)
-        rays = self.camera_rays(unit, sampler)
-        scene = self._scene.for_unit(rays.o.shape[1])
+        rays = self.camera_rays(unit, sampler, moment.camera)
+        scene = moment.for_unit(rays.o.shape[1])
         radiance = self.exposed(self._integrator.sample(scene, rays, sampler))
         return UnitResult(unit, radiance, scene.alpha, scene.rays)
 
+    def scene_of(self, unit: Unit) -> Scene:
+        """The scene that a unit of one pixel and one sample sees."""
+        if self.moments is None:
+            return self.scene
+        return self.moments.scene(next(self.moments.parts(unit)).moment)
+
     def exposed(self, radiance: Float32) -> Float32:
         """What the film takes of a radiance (3, N): all of it unless the file sets a film exposure."""
-        return radiance if self._scene.exposure == 1 else radiance * np.float32(self._scene.exposure)
+        return radiance if self.scene.exposure == 1 else radiance * np.float32(self.scene.exposure)
 
     def lane_sampler(self, unit: Unit) -> LaneSampler:
         """Random numbers by (pixel of the full image, sample)."""
@@ -69,16 +105,31 @@ class Worker:
         state = self._sampler.state(np.tile(pixel, unit.spp), np.repeat(sample, len(pixel)))
         return LaneSampler(self._sampler, state)
 
-    def camera_rays(self, unit: Unit, sampler: LaneSampler) -> Rays:
+    def camera_rays(self, unit: Unit, sampler: LaneSampler, camera: Camera) -> Rays:
         """One ray per lane through a point drawn from the pixel filter and, with a lens, a point on it."""
         x, y = self._pixel_coordinates(unit)
         offset = self._filter.sample(sampler.pixel())
         raster = np.stack([np.tile(c, unit.spp) for c in (x, y)]).astype(np.float32)
         raster += np.float32(0.5)
         raster += offset
-        return Rays(*self._camera.rays(raster, sampler.lens() if self._camera.has_lens else None))
+        return Rays(*camera.rays(raster, sampler.lens() if camera.has_lens else None))
 
     def _pixel_coordinates(self, unit: Unit) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         x0, y0, x1, _ = self._settings.window
         y, x = np.divmod(unit.pixels.astype(np.int64), x1 - x0)
         return x + x0, y + y0
+
+
+def joined(unit: Unit, parts: list[Part], results: list[UnitResult]) -> UnitResult:
+    """The result of a unit from those of its parts."""
+    shape = unit.spp, len(unit.pixels)
+    radiance = np.empty((3, *shape), np.float32)
+    alpha = None if results[0].alpha is None else np.empty(shape, np.float32)
+    rays: Counter[str] = Counter()
+    for part, result in zip(parts, results, strict=True):
+        size = part.unit.spp, len(part.unit.pixels)
+        radiance[:, part.rows, part.columns] = result.radiance.reshape(3, *size)
+        if alpha is not None and result.alpha is not None:
+            alpha[part.rows, part.columns] = result.alpha.reshape(size)
+        rays.update(result.rays)
+    return UnitResult(unit, radiance.reshape(3, -1), None if alpha is None else alpha.ravel(), rays)

@@ -18,6 +18,7 @@ def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[s
     batches = scene.used_batches
     needs = {need.split(":")[0] for b in batches for need in b.needs}
     rows = {
+        "motion blur": (snapshot.motion is not None, "nothing moves while the shutter is open"),
         "depth of field": (camera.aperture_radius > 0, "the camera has no aperture"),
         "environment": (scene.world.emits, "the world is black"),
         "environment sampling": (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,17 +30,23 @@ from .attributes import (
 )
 from .displace import displaced
 from .features import features
-from .geometry import BOUND, Geometry, pack, place
+from .geometry import BOUND, Geometry
 from .lamp_shader import LampShader
+from .memory import fitted, need, snapshot_bytes
+from .movement import moving_last
 from .own import OwnObjects, looking_at_themselves
+from .placing import build, may_share
 from .scene import Scene
+from .slices import Slices
 from .snapshot import CameraData, Snapshot, Visibility
 from .world_light import environment
 
 Int32 = NDArray[np.int32]
 
 
-def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: int = 0) -> Scene:
+def prepare(
+    snapshot: Snapshot, film_transparent: bool = False, texture_memory: int = 0, memory: int | None = None
+) -> Scene:
     """Compile a snapshot into what integrators render.
 
     Parameters
@@ -48,39 +55,47 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     film_transparent : bool
     texture_memory : int
         Bytes that the texels of all images together may take; 0 for no limit.
+    memory : int, optional
+        Bytes that there are for the scene: instances that would not fit are not placed, which is slower.
 
     Raises
     ------
+    TooLarge
+        It does not fit however it is placed.
     MemoryError
-        More than 2³¹ triangles.
+        More than 2³¹ triangles with records of their own.
     """
     started = time.perf_counter()
     textures = TextureStore(snapshot.images, snapshot.ocio_config, texture_memory)
     materials = compile_materials(snapshot.materials, textures=textures)
     world = compile_world(snapshot.world, textures=textures)
-    rest = snapshot
-    snapshot = displaced(snapshot, materials, shading_layers)
+    rest = moving_last(snapshot)
+    snapshot = displaced(rest, materials, shading_layers)
+    motion = snapshot.motion
+    slices = Slices(motion, snapshot, rest, materials, shading_layers) if motion is not None else None
     view = view_of(snapshot.camera)
-    placed = place(snapshot)
-    accel = Accel(placed.vertices, placed.triangles)
     selves = looking_at_themselves(snapshot, materials)
+    room = None if memory is None else memory - textures.statistics()["bytes"]
+    apart = selves if slices is None else [*selves, *slices.moving]
+    sharing = fitted(snapshot, may_share(snapshot, materials, apart), materials.needs, room)
+    placed, accel, geometry = build(snapshot, sharing, slices)
     own = OwnObjects(placed, selves) if selves else None
-    geometry = pack(snapshot, placed)
     prim, triangles = emissive_triangles(geometry, materials)
     lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
-    lights = Lights(
+    make_lights = partial(
+        Lights,
         snapshot.lights,
         np.array([program.constant for program in lamp_programs], np.float64).reshape(-1, 3),
         geometry.origin,
-        triangles,
-        environment(world, view),
-        geometry.radius,
-        [
+        environment=environment(world, view),
+        scene_radius=geometry.radius,
+        shaders=[
             LampShader(program.batch, lamp, geometry.origin, geometry.radius, view) if program.batch else None
             for program, lamp in zip(lamp_programs, snapshot.lights, strict=True)
         ],
         surfaces=to_light(geometry, materials),
     )
+    lights = make_lights(triangles=triangles)
     geometry.release()
     layers = shading_layers(snapshot, geometry, materials.needs)
     if "rest" in materials.needs:
@@ -95,23 +110,27 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
     scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
     scene.features = features(snapshot, scene, film_transparent)
+    scene.bytes = snapshot_bytes(snapshot) + need(snapshot, sharing, materials.needs).kept
+    scene.bytes += textures.statistics()["bytes"]
+    if slices is not None:
+        scene.slices = slices
+        slices.start(scene, make_lights, triangles)
     scene.build_seconds = time.perf_counter() - started
     return scene
 
 
 def finish(scene: Scene) -> None:
-    """Make now what else the first render would make, and count its time as the build's."""
-    started = time.perf_counter()
+    """Make now what else the first samples would make."""
     if scene.lights.by_place is not None:
         scene.lights.by_place.make_ready()
-    scene.build_seconds += time.perf_counter() - started
 
 
 def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32, TriangleEmitters | None]:
     """The triangles whose material emits: their numbers (also put in their records), and their table."""
     none = np.zeros(0, np.int32), None
-    emits = materials.emission_varies | (materials.emission_constant != 0).any(axis=1)
-    surface_emits = (geometry.surface_material >= 0) & emits[geometry.surface_material]  # never the sky's
+    surface_emits = (geometry.surface_material >= 0) & materials.emits[
+        geometry.surface_material
+    ]  # never the sky's
     if not surface_emits.any():
         return none
     prim = np.flatnonzero(surface_emits[geometry.surface])
@@ -147,8 +166,8 @@ def shading_layers(
     normals = normal_layer(snapshot, geometry)
     if normals is not None:
         layers["normal", ""] = normals
-    for need in needs:
-        kind, _, name = need.partition(":")
+    for wanted in needs:
+        kind, _, name = wanted.partition(":")
         if kind == "uv":
             layers["uv", name] = uv_layer(snapshot, geometry, name)
         elif kind == "tangent":

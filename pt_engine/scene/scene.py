@@ -39,7 +39,10 @@ if TYPE_CHECKING:
     from ..nodes.world import WorldProgram
     from ..render.path_state import PathState
     from ..textures.images import TextureStore
+    from .nearer import Nearer
+    from .nested import Nested
     from .own import OwnObjects
+    from .slices import Slices
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -61,14 +64,17 @@ class Scene:
     textures: TextureStore
     coverage: list[Coverage]
     build_seconds: float
+    bytes: int  # that it takes, about
     emissive_prim: Int32
+    slices: Slices | None = None  # where something moves while the shutter is open
+    time: float | None = None  # of a slice: between the shutter's opening (0) and closing (1)
     own: OwnObjects | None = None  # where some material traces rays within its own object
     material_names: tuple[str, ...]
 
     def __init__(
         self,
         geometry: Geometry,
-        accel: Accel,
+        accel: Accel | Nearer | Nested,
         instances: Instances,
         layers: dict[tuple[str, str], Layer],
         materials: Materials,
@@ -80,8 +86,8 @@ class Scene:
         self.materials, self.world, self.lights = materials, world, lights
         self.origin32 = geometry.origin.astype(np.float32)[:, None]
         self.transforms = Transforms(instances.matrix, geometry.origin)
-        self._layers = layers
-        self.normals = layers.get(("normal", ""))
+        self.layers: dict[tuple[str, str], Layer] = {}
+        self.use_layers(layers)
         self.film_transparent = film_transparent
         self.has_emitters = lights.description.total > 0
         self.used_materials = np.unique(geometry.surface_material[1:])
@@ -98,6 +104,12 @@ class Scene:
             scene.pixel_angle = (data.frame[1] - data.frame[0]) / width
         elif data.kind == "PANO":
             scene.pixel_angle = 2 * np.pi / width
+        return scene
+
+    def with_compensated_lights(self) -> Scene:
+        """The same scene for integrators that combine emitter and BSDF sampling (`Lights.compensated`)."""
+        scene = copy.copy(self)
+        scene.lights = self.lights.compensated()
         return scene
 
     def for_unit(self, lanes: int) -> Scene:
@@ -126,8 +138,9 @@ class Scene:
             ],
             np.uint8 if self.dead < 255 else np.uint16,
         )
-        emits = self.materials.emission_varies | (self.materials.emission_constant != 0).any(axis=1)
-        self.surface_emits = (surfaces.surface_material >= 0) & emits[surfaces.surface_material]
+        self.surface_emits = (surfaces.surface_material >= 0) & self.materials.emits[
+            surfaces.surface_material
+        ]
         holds_out = np.array([batch.has_holdout for batch in batches], np.bool_)
         self.surface_holds_out = (surfaces.surface_material >= 0) & holds_out[
             self.materials.batch_of[surfaces.surface_material]
@@ -148,7 +161,12 @@ class Scene:
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
-        return self._layers[kind, name]
+        return self.layers[kind, name]
+
+    def use_layers(self, layers: dict[tuple[str, str], Layer]) -> None:
+        """Take these attribute tables in place of those of the same names."""
+        self.layers = self.layers | layers
+        self.normals = self.layers.get(("normal", ""))
 
     def history(self, rays: Rays) -> dict[str, NDArray[Any]]:
         """What somebody asks of camera paths, beside what `PathState` knows itself."""

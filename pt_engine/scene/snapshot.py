@@ -235,6 +235,26 @@ class LightData:
 
 
 @dataclass(frozen=True)
+class Stereo:
+    """One eye of spherical stereo (see `cameras/spherical_stereo.py`).
+
+    Attributes
+    ----------
+    offset : float
+        From the middle, in metres; the left eye's is negative.
+    convergence : float
+        Distance where the eyes' rays meet; infinite for parallel ones.
+    merge_from, merge_to : float
+        Altitudes in radians between which the offset fades to 0; a `merge_to` of 0 switches that off.
+    """
+
+    offset: float
+    convergence: float = float("inf")
+    merge_from: float = 0.0
+    merge_to: float = 0.0
+
+
+@dataclass(frozen=True)
 class CameraData:
     """The camera. `matrix` is camera to world without scale; it looks along its -Z, +Y up.
 
@@ -259,6 +279,8 @@ class CameraData:
         k₀ to k₄ of FISHEYE_LENS_POLYNOMIAL.
     blades, blade_rotation, aperture_ratio :
         Polygonal aperture (0 blades: round), its rotation in radians, and its anamorphic ratio.
+    stereo : Stereo or None
+        Of a PERSP or PANO camera whose eyes turn with each ray. Eyes that stand still are in `matrix`.
     """
 
     kind: str
@@ -273,6 +295,62 @@ class CameraData:
     panorama: str = ""
     fisheye_fov: float = float(np.pi)
     fisheye_polynomial: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    stereo: Stereo | None = None
+
+
+@dataclass(frozen=True)
+class InstanceMotion:
+    """Placed meshes that move while the shutter is open, all known at equally many times.
+
+    Attributes
+    ----------
+    instance : (M,) int32
+        Rows of `Instances`.
+    matrix : (M, K, 4, 4) float64
+        Object to world at K ≥ 2 times, evenly from the shutter's opening to its closing.
+    """
+
+    instance: Int32
+    matrix: Float64
+
+
+@dataclass(frozen=True)
+class MeshMotion:
+    """A mesh that changes its shape while the shutter is open; its triangles stay.
+
+    Attributes
+    ----------
+    mesh : int
+        Index into `Snapshot.meshes`.
+    vertices : (K, V, 3) float32
+        At K ≥ 2 times, evenly from the shutter's opening to its closing.
+    normals : (K, N, 3) float32 or None
+        As many rows as `MeshData.normals` has; None where that is.
+    """
+
+    mesh: int
+    vertices: Float32
+    normals: Float32 | None = None
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What changes while the shutter is open. The snapshot itself is the middle of that time.
+
+    Attributes
+    ----------
+    shutter : (n,) float32
+        How far it is open at n ≥ 2 times, evenly from opening to closing, linear between them.
+    instances : tuple of InstanceMotion
+    meshes : tuple of MeshMotion
+    cameras : tuple of CameraData
+        The camera at K ≥ 2 times; () where it stands still.
+    """
+
+    shutter: Float32
+    instances: tuple[InstanceMotion, ...] = ()
+    meshes: tuple[MeshMotion, ...] = ()
+    cameras: tuple[CameraData, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -282,6 +360,7 @@ class Snapshot:
     `unsupported` lists what the exporter met and cannot give to the engine: (where, what, effect).
     `materials[0]` is always the stand-in for an empty slot (Blender's default grey diffuse 0.8).
     `ocio_config` names the OpenColorIO config of the file's Blender, "" for OpenImageIO's own.
+    `motion` is None where nothing moves, or nothing is to be blurred.
     """
 
     meshes: tuple[MeshData, ...]
@@ -295,3 +374,4 @@ class Snapshot:
     exposure: float = 1.0
     unsupported: tuple[tuple[str, str, str], ...] = ()
     ocio_config: str = ""
+    motion: Motion | None = None

@@ -62,7 +62,7 @@ class Collector:
         self._graph_needs: dict = {}
 
     def run(self) -> Instances:
-        """All instances; fills `meshes` and `lights`."""
+        """All instances; fills `meshes`, `lights`, and `rows`: where in the depsgraph's table each stands."""
         if self.view_layer.use_solid:
             self.learn_materials()
         rows: list[int] = []
@@ -86,7 +86,8 @@ class Collector:
                     placed.add(instance)
             elif kind in NOT_RENDERED:
                 self.unsupported.append((f"Object {owner.name}", NOT_RENDERED[kind], "missing in the image"))
-        return self.table(np.array(rows, np.intp), looks, placed.table())
+        self.rows = np.array(rows, np.intp)
+        return self.table(self.rows, looks, placed.table())
 
     @staticmethod
     def key(instance, owner):

@@ -7,19 +7,18 @@ from dataclasses import replace
 from ...scene.snapshot import Snapshot
 from .camera import export_camera
 from .dicing import Dicing
+from .failure import ExportError
 from .images import ImageTable, ocio_config
 from .instances import Collector
 from .materials import MaterialTable
+from .motion import MotionReader
 from .properties import with_scene_values
+from .shutter import Shutter
 from .unsupported import scene_wide
 from .world import export_world
 
 
-class ExportError(RuntimeError):
-    """The scene can't be rendered, and why."""
-
-
-def export_scene(depsgraph, *, camera=None, size=None) -> Snapshot:
+def export_scene(depsgraph, *, camera=None, size=None, frame_set=None) -> Snapshot:
     """A frame of an evaluated scene.
 
     Parameters
@@ -30,15 +29,24 @@ def export_scene(depsgraph, *, camera=None, size=None) -> Snapshot:
         In place of the scene's.
     size : (width, height), optional
         Full image size in pixels, in place of the render settings' (for the camera's framing only).
+    frame_set : callable (frame, subframe), optional
+        Brings the depsgraph to another time and back, for motion blur; without it the snapshot stands still.
 
     Raises
     ------
     ExportError
         There is no camera.
     """
+    frame = depsgraph.scene_eval.frame_current
+    with Shutter(depsgraph.scene, frame_set) as shutter:
+        return replace(export_moment(depsgraph, camera, size, shutter, frame), frame=frame)
+
+
+def export_moment(depsgraph, camera, size, shutter: Shutter, frame: int) -> Snapshot:
+    """The scene as it is now, which is the middle of the shutter's time, and what moves around it."""
     scene, view_layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     unsupported: list[tuple[str, str, str]] = []
-    images = ImageTable(unsupported, scene.frame_current)
+    images = ImageTable(unsupported, frame)
     materials = MaterialTable(depsgraph, images)
     camera = camera_of(depsgraph, scene, camera)
     dicing = Dicing(depsgraph, scene, camera, size, unsupported)
@@ -46,6 +54,11 @@ def export_scene(depsgraph, *, camera=None, size=None) -> Snapshot:
     instances = collector.run()
     world = export_world(scene, view_layer, depsgraph, images, unsupported)
     unsupported += scene_wide(depsgraph, scene)
+    motion, framed = None, export_camera(camera, scene.render, size=size, unsupported=unsupported)
+    if shutter.on:
+        reader = MotionReader(depsgraph, shutter, collector.rows, instances, collector.meshes)
+        motion, instances = reader.read(camera, framed, scene.render, size)
+        unsupported += reader.unsupported
     return Snapshot(
         meshes=tuple(collector.meshes),
         instances=instances,
@@ -56,8 +69,8 @@ def export_scene(depsgraph, *, camera=None, size=None) -> Snapshot:
             for light in collector.lights
         ),
         world=with_scene_values(world, scene, view_layer),
-        camera=export_camera(camera, scene.render, size=size, unsupported=unsupported),
-        frame=scene.frame_current,
+        camera=framed,
+        motion=motion,
         exposure=getattr(getattr(scene, "cycles", None), "film_exposure", 1.0),
         unsupported=tuple(dict.fromkeys(unsupported)),
         ocio_config=ocio_config(),
