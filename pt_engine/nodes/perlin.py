@@ -73,8 +73,8 @@ def signed_noise(point: Point, room: Room | None = None) -> Float32:
     out = np.empty(size, np.float32)
     if size == 0:
         return out
-    first = [float(np.floor(p.min())) for p in point]
-    last = [float(np.floor(p.max())) for p in point]
+    first = [float(np.floor(np.min(p))) for p in point]
+    last = [float(np.floor(np.max(p))) for p in point]
     far = not all(a > -PERIOD and b < PERIOD for a, b in zip(first, last, strict=True))
     grid = None if far else Grid.between(first, last, size)
     count = -(-(size << dimension) // BLOCK)

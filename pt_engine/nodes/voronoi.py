@@ -177,8 +177,9 @@ class Nearest:
 
 def _smallest(values: Float32) -> Float32:
     """(n,) the smallest of (K, n), at most FAR."""
-    smallest: Float32 = np.fmin.reduce(values, axis=0, initial=FAR)  # fmin: not a number is far
-    return smallest
+    nearest = np.full(values.shape[1:], FAR)
+    np.fmin.reduce(values, axis=0, initial=FAR, out=nearest)  # fmin: not a number is far
+    return nearest
 
 
 def _second_smallest(values: Float32) -> Float32:
@@ -193,7 +194,8 @@ def _second_smallest(values: Float32) -> Float32:
         high = np.minimum(high[:half], high[half:])
         np.minimum(high, np.maximum(low[:half], low[half:]), out=high)
         low = np.minimum(low[:half], low[half:])
-    return high[0]
+    second: Float32 = high[0]
+    return second
 
 
 def in_blocks(

@@ -120,7 +120,8 @@ def voronoi_distance(
     """Distance of the F1, F2 and Smooth F1 features."""
     settings, point, detail, *_ = _inputs(feature, metric, dimensions, inputs)
     if settings.feature == "SMOOTH_F1" or (detail != 0).any():
-        return voronoi_points.function(feature, metric, dimensions, normalize, *inputs)[0]
+        whole: Float32 = voronoi_points(feature, metric, dimensions, normalize, *inputs)[0]
+        return whole
     distance = voronoi.distances(settings, point)
     return divide(distance, farthest(settings, dimensions)) if normalize else distance
 
