@@ -8,6 +8,7 @@ from itertools import chain
 import bpy
 
 from ..render import integrators  # noqa: F401  fills the registry
+from ..render.ledger import Ledger
 from ..render.progressive import render
 from ..render.stats import statistics
 from ..scene.prepare import prepare
@@ -49,10 +50,11 @@ def final_render(engine, depsgraph) -> None:
             meter.tell(progress)
             picture.show_progress(progress)
 
-        result = render(prepared, settings, on_progress, meter.should_stop)
+        ledger = Ledger()
+        result = render(prepared, settings, on_progress, meter.should_stop, ledger)
         picture.show(result.image())
 
-    stats = statistics(prepared, settings, result)
+    stats = statistics(prepared, settings, result, ledger)
     add_commands(stats["nonfinite"]["samples"], settings, bpy.data.filepath, scene.frame_current, layer)
     stats["versions"]["blender"] = bpy.app.version_string
     stats["seconds"]["export"] = exported - started

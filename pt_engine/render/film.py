@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.clock import stage
 from . import exact_sum
 from .film_error import ErrorEstimate, estimate_error
 
@@ -85,6 +86,7 @@ class Film:
 
     # ------------------------------------------------------------------ in
 
+    @stage("film")
     def add(
         self,
         pixels: slice | NDArray[np.integer],

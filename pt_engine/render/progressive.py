@@ -12,6 +12,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -24,6 +25,7 @@ from ..scene.prepare import finish
 from ..scene.scene import Scene
 from .film import Film
 from .integrator import INTEGRATORS
+from .ledger import Ledger
 from .provenance import only_positive, origins
 from .schedule import Unit, morton_order, units
 from .settings import RenderSettings
@@ -103,6 +105,7 @@ def render(
     settings: RenderSettings,
     on_progress: Callable[[Progress], None] = lambda progress: None,
     should_stop: Callable[[], bool] = lambda: False,
+    ledger: Ledger | None = None,
 ) -> RenderResult:
     """Render until the samples, the time or the caller's patience are used up.
 
@@ -114,6 +117,8 @@ def render(
         Called in this thread after every unit of work.
     should_stop : callable
         Asked in this thread after every unit; what was rendered until then is kept.
+    ledger : Ledger, optional
+        Keeps the books of the time.
 
     Raises
     ------
@@ -130,11 +135,12 @@ def render(
     progress = Progress(film, settings, time.perf_counter())
     threads = settings.threads or os.cpu_count() or 1
     with kept_buffers():
-        work = units(settings, order)
-        for result in in_parallel(worker, work, threads, lambda: progress.stopped or out_of_time(progress)):
-            deposit(progress, result)
-            on_progress(progress)
-            progress.stopped = progress.stopped or should_stop()
+        work = in_parallel(worker, units(settings, order), threads, lambda: is_over(progress), ledger)
+        with ledger.running(threads) if ledger else nullcontext():
+            for result in work:
+                deposit(progress, result)
+                on_progress(progress)
+                progress.stopped = progress.stopped or should_stop()
         seconds = progress.elapsed
         progress.nonfinite = origins(scene, settings, progress.nonfinite, positive)
     return RenderResult(film, progress, seconds, progress.stopped)
@@ -148,6 +154,11 @@ def film_key(settings: RenderSettings) -> str:
     return json.dumps(parts, sort_keys=True)
 
 
+def is_over(progress: Progress) -> bool:
+    """Whether it was stopped or has used up its time."""
+    return progress.stopped or out_of_time(progress)
+
+
 def out_of_time(progress: Progress) -> bool:
     """Whether the time limit is reached."""
     limit = progress.settings.seconds
@@ -155,7 +166,11 @@ def out_of_time(progress: Progress) -> bool:
 
 
 def in_parallel(
-    worker: Worker, work: Iterator[Unit], threads: int, stop: Callable[[], bool]
+    worker: Worker,
+    work: Iterator[Unit],
+    threads: int,
+    stop: Callable[[], bool],
+    ledger: Ledger | None = None,
 ) -> Iterator[UnitResult]:
     """Results in the order of the work, one unit per thread in flight; none is started after `stop`."""
     if threads == 1:
@@ -164,7 +179,8 @@ def in_parallel(
             if stop():
                 return
         return
-    with ThreadPoolExecutor(threads, thread_name_prefix="pt_engine") as pool:
+    opened = ledger.open_on_thread if ledger else None
+    with ThreadPoolExecutor(threads, "pt_engine", opened) as pool:
         pending: deque[Future[UnitResult]] = deque()
         more, started = True, False
         while more or pending:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cameras.base import Camera
+from ..core.clock import new_paths, stage
 from ..core.pixel_filters import FilterTable
 from ..core.samplers import Sampler
 from ..scene.scene import Scene
@@ -51,6 +52,7 @@ class Worker:
 
     def render(self, unit: Unit) -> UnitResult:
         """Estimate the radiance of each of the unit's camera rays."""
+        new_paths()
         sampler = self.lane_sampler(unit)
         rays = self.camera_rays(unit, sampler)
         scene = self._scene.for_unit(rays.o.shape[1])
@@ -61,6 +63,7 @@ class Worker:
         """What the film takes of a radiance (3, N): all of it unless the file sets a film exposure."""
         return radiance if self._scene.exposure == 1 else radiance * np.float32(self._scene.exposure)
 
+    @stage("generate")
     def lane_sampler(self, unit: Unit) -> LaneSampler:
         """Random numbers by (pixel of the full image, sample)."""
         x, y = self._pixel_coordinates(unit)
@@ -69,6 +72,7 @@ class Worker:
         state = self._sampler.state(np.tile(pixel, unit.spp), np.repeat(sample, len(pixel)))
         return LaneSampler(self._sampler, state)
 
+    @stage("generate")
     def camera_rays(self, unit: Unit, sampler: LaneSampler) -> Rays:
         """One ray per lane through a point drawn from the pixel filter and, with a lens, a point on it."""
         x, y = self._pixel_coordinates(unit)

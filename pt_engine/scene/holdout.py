@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..core import vectors
+from ..core.clock import stage
 from ..core.raykind import RayKind
 from .arrivals import Arrivals
 from .evaluated import evaluated
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from .wave import Intersection, Rays
 
 
+@stage("emission", "holdouts")
 def cut_holes(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> None:
     """Take what holdouts hide of the camera rays' throughput off the film's coverage.
 

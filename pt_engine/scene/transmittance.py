@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
+from ..core.clock import stage
 from ..core.raykind import RayKind
 from ..core.rows import scatter
 from .arrivals import Arrival, Arrivals
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 Float32 = NDArray[np.float32]
 
 
+@stage("shadow", "shadows of transparent surfaces")
 def transmittance(
     scene: Scene, o: Float32, d: Float32, tfar: Float32, limit: int, path: Arrival | None = None
 ) -> Float32:
