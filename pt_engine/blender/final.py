@@ -11,6 +11,7 @@ from ..render import integrators  # noqa: F401  fills the registry
 from ..render.ledger import Ledger
 from ..render.progressive import render
 from ..render.stats import statistics
+from ..report.seen import error_picture
 from ..scene.prepare import prepare
 from .export import export_scene
 from .nonfinite import add_commands, headline, lines
@@ -39,7 +40,7 @@ def final_render(engine, depsgraph) -> None:
     prepared = prepare(snapshot, settings.film_transparent, scene.pt_engine.texture_memory << 20)
     record.coverage = tuple(dict.fromkeys(chain(record.coverage, prepared.coverage)))
     tell_coverage(engine, prepared.coverage, scene.pt_engine.strict)
-    if Session.observer.takes_over(prepared, settings):
+    if Session.observer.takes_over(prepared, settings, snapshot):
         return
 
     x0, y0, x1, y1 = settings.window
@@ -60,6 +61,8 @@ def final_render(engine, depsgraph) -> None:
     stats["seconds"]["export"] = exported - started
     stats["seconds"]["total"] = time.perf_counter() - started
     record.layers[layer] = stats
+    if not bpy.app.background:
+        record.error = error_picture(result.film)
     tell_nonfinite(engine, stats)
     if scene.pt_engine.stats_path:
         write_json(bpy.path.abspath(scene.pt_engine.stats_path), record.statistics())

@@ -15,7 +15,7 @@ SUMMED = ("export", "build", "render", "write", "total")
 class Observer:
     """Follows renders; the command line puts its own in place of this, which does nothing."""
 
-    def takes_over(self, scene, settings) -> bool:
+    def takes_over(self, scene, settings, snapshot) -> bool:
         """Called when the scene is prepared; True if nothing is to be rendered."""
         return False
 
@@ -43,13 +43,15 @@ class RenderRecord:
     layers: dict[str, dict[str, Any]] = field(default_factory=dict)
     coverage: tuple[Any, ...] = ()
     failure: str = ""
+    error: Any = None  # of the last layer: the picture of its standard errors, where somebody may look at it
 
     def statistics(self) -> dict[str, Any]:
         """Of the first layer; with several, times and rays are sums and `layers` has each."""
         if not self.layers:
             return {}
         every = list(self.layers.values())
-        merged = {**every[0], "frame": self.frame, "scene": self.scene}
+        first = next(iter(self.layers))
+        merged = {**every[0], "frame": self.frame, "scene": self.scene, "view_layer": first}
         if len(every) > 1:
             merged["seconds"] = {k: sum(s["seconds"].get(k, 0.0) for s in every) for k in SUMMED}
             kinds = sorted({kind for s in every for kind in s["rays"]})

@@ -53,7 +53,8 @@ class Own(io.TextIOWrapper):
 class Terminal(Observer):
     """Follows a render on stderr, and stops it at Ctrl-C."""
 
-    def __init__(self, quiet: bool = False, bar: bool = False) -> None:
+    def __init__(self, quiet: bool = False, bar: bool = False, also=lambda progress: None) -> None:
+        self.also = also  # who else follows
         self.quiet = quiet
         self.bar = (bar or sys.stderr.isatty()) and not quiet
         self.next_told = 0.0 if self.bar else FIRST_LINE
@@ -68,6 +69,7 @@ class Terminal(Observer):
         return True
 
     def on_progress(self, progress) -> None:
+        self.also(progress)
         self.samples = progress.samples
         if self.quiet or progress.elapsed < self.next_told:
             return
