@@ -69,8 +69,19 @@ def curves(name: str, lines: Mapping[str, Sequence[Mapping[str, float]]], along:
                 x, low, high = ([p[key] for p in band] for key in (along, "low", "high"))
                 axes.fill_between(x, low, high, color=colour, alpha=0.13, linewidth=0)
         axes.set(xscale="log", yscale="log", xlabel=AXES[along], ylabel="mean squared error")
+        plain_ticks(axes.xaxis)
         axes.figure.legend(loc="outside lower center", ncols=2)
     return made.svg
+
+
+def plain_ticks(axis: Any) -> None:
+    """1, 2, 5 on a log axis of few decades, only powers of ten on a longer one; no numbers between."""
+    ticker = optional("matplotlib.ticker", "matplotlib", PURPOSE)
+    low, high = axis.get_view_interval()
+    few = high / low < 1e3
+    axis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5) if few else (1,)))
+    axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(ticker.NullFormatter())
 
 
 AXES = {"seconds": "core seconds", "samples": "samples per pixel"}
@@ -89,8 +100,16 @@ def convergence(history: Sequence[tuple[float, float]], now: tuple[float, float,
         later = [seconds, 4 * seconds, 16 * seconds]
         axes.plot(later, [error, error / 2, error / 4], "--", color="#888888", label="to come: 1/√time")
         axes.set(xscale="log", yscale="log", xlabel="seconds", ylabel="relative RMS error")
+        plain_ticks(axes.xaxis)
+        axes.yaxis.set_major_formatter(percent)
+        axes.yaxis.set_minor_formatter(percent)
         axes.legend()
     return made.svg
+
+
+def percent(value: float, _: object = None) -> str:
+    """A tick of an error."""
+    return f"{100 * value:g} %"
 
 
 def bars(name: str, rows: Sequence[tuple[str, float]], unit: str) -> str:

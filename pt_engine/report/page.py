@@ -110,12 +110,11 @@ def ledger(stats: Stats) -> dict[str, Any] | None:
     if not books:
         return None
     stages = [(name, row["seconds"]) for name, row in books["stages"].items()]
-    rows = [*stages, ("waiting", books["waiting"])]
     bounces = [(f"bounce {k}" if k else "camera rays", b["seconds"]) for k, b in enumerate(books["bounces"])]
     return {
         "books": books,
-        "sum": sum(seconds for _, seconds in rows),
-        "stages": figures.bars("core seconds by stage", rows, "core seconds"),
+        "sum": sum(seconds for _, seconds in stages),
+        "stages": figures.bars("core seconds by stage", stages, "core seconds"),
         "bounces": figures.bars("core seconds by bounce", bounces[:16], "core seconds") if bounces else "",
     }
 

@@ -59,17 +59,17 @@ def given(path: Path, width: int, height: int) -> Reference:
 def made(
     scene: Scene, settings: RenderSettings, wanted: float, seconds: float, cache: Path | None = None
 ) -> Reference:
-    """Render until the relative RMS error is `wanted` or `seconds` of wall time are over.
+    """Render until the relative RMS error is `wanted` or so many core `seconds` are over.
 
     `cache` is the file where the film is kept.
     """
     settings = of_reference(settings)
-    found, ended = kept(cache, film_key(settings)), time.monotonic() + seconds
+    found, ended = kept(cache, film_key(settings)), time.process_time() + seconds
     film = found or render(scene, replace(settings, samples=FIRST_STEP)).film
-    while relative_error(film) > wanted and time.monotonic() < ended:
+    while relative_error(film) > wanted and time.process_time() < ended:
         taken = sum(count for _, count in film.ranges)
         step = replace(settings, first_sample=taken, samples=min(taken, LARGEST_STEP))
-        result = render(scene, step, should_stop=lambda: time.monotonic() >= ended)
+        result = render(scene, step, should_stop=lambda: time.process_time() >= ended)
         if result.cancelled:  # its last pass is not whole
             break
         film.merge(result.film)

@@ -101,6 +101,7 @@ def test_comparison_and_whatif_pages(rendered, tmp_path):
     }
     result = {
         "file": "a.blend",
+        "command": "python -m pt_engine compare a.blend",
         "seeds": 2,
         "seconds": 1.0,
         "samples": 4.0,

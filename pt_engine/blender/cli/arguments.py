@@ -127,7 +127,7 @@ def add_accuracy(commands) -> None:
         type=positive,
         default=60.0,
         metavar="S",
-        help="but no longer than that (default 60)",
+        help="but for no more core seconds than that (default 60)",
     )
     compare.add_argument("--no-cache", action="store_true", help="keep no reference for the next time")
     whatif = commands.add_parser(

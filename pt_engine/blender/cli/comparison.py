@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 
 from ...report.comparison import compare
@@ -49,7 +50,7 @@ def compare_command(arguments) -> int:
         tuple(arguments.only),
         lambda line: tell(arguments, line),
     )
-    result["file"] = str(arguments.file)
+    result |= named(arguments)
     deliver(arguments, result, comparison_lines(result))
     if page:
         page.comparison_page(arguments.report, result, reference.picture)
@@ -81,7 +82,7 @@ def whatif_command(arguments) -> int:
         found.settings.seconds or DEFAULT_SECONDS,
         lambda line: tell(arguments, line),
     )
-    result["file"] = str(arguments.file)
+    result |= named(arguments)
     deliver(arguments, result, whatif_lines(result))
     if page:
         page.whatif_page(arguments.report, result)
@@ -89,6 +90,14 @@ def whatif_command(arguments) -> int:
 
 
 DEFAULT_SECONDS = 4.0  # of CPU cores, for each run
+
+
+def named(arguments) -> dict[str, str]:
+    """The file, and the command that measures it again."""
+    return {
+        "file": str(arguments.file),
+        "command": shlex.join(["python", "-m", "pt_engine", *arguments.words]),
+    }
 
 
 def scene_of(arguments):
