@@ -11,21 +11,22 @@ LONGEST_INTERVAL = 20.0
 
 
 class Picture:
-    """One view layer's render result.
+    """The render result of one view layer, and of one of its views where it has several.
 
     Use as a context manager: it is ended on the way out, and cancelled where an exception leaves.
     """
 
-    def __init__(self, engine, layer: str, size: tuple[int, int]) -> None:
+    def __init__(self, engine, layer: str, size: tuple[int, int], view: str = "") -> None:
         self.engine = engine
         self.layer = layer
+        self.view = view
         self.size = size
         self.shown_at = -1.0
         self.interval = FIRST_INTERVAL
         self.watched = not bpy.app.background
 
     def __enter__(self) -> Picture:
-        self.result = self.engine.begin_result(0, 0, *self.size, layer=self.layer)
+        self.result = self.engine.begin_result(0, 0, *self.size, layer=self.layer, view=self.view)
         passes = {p.name: p for p in self.result.layers[0].passes}
         self.combined = passes["Combined"]
         return self

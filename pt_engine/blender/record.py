@@ -50,8 +50,7 @@ class RenderRecord:
         if not self.layers:
             return {}
         every = list(self.layers.values())
-        first = next(iter(self.layers))
-        merged = {**every[0], "frame": self.frame, "scene": self.scene, "view_layer": first}
+        merged = {**every[0], "frame": self.frame, "scene": self.scene}
         if len(every) > 1:
             merged["seconds"] = {k: sum(s["seconds"].get(k, 0.0) for s in every) for k in SUMMED}
             kinds = sorted({kind for s in every for kind in s["rays"]})

@@ -54,6 +54,11 @@ class Materials:
     keeps_normals: set[int] = field(default_factory=set)
 
     @property
+    def emits(self) -> NDArray[np.bool_]:
+        """(M,) which materials shine, or may."""
+        return np.asarray(self.emission_varies | (self.emission_constant != 0).any(axis=1))
+
+    @property
     def needs(self) -> frozenset[str]:
         """Lane attributes that some batch reads."""
         return frozenset(name for b in self.batches for name in b.needs)

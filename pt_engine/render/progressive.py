@@ -24,7 +24,7 @@ from ..core.samplers import SAMPLERS
 from ..scene.prepare import finish
 from ..scene.scene import Scene
 from .film import Film
-from .integrator import INTEGRATORS
+from .integrator import INTEGRATORS, Integrator
 from .ledger import Ledger
 from .provenance import only_positive, origins
 from .schedule import Unit, morton_order, units
@@ -130,8 +130,7 @@ def render(
     integrator = INTEGRATORS[settings.integrator](settings)
     positive = only_positive(scene, integrator)
     film = Film(x1 - x0, y1 - y0, key=film_key(settings), order=order, reject_negative=positive)
-    worker = Worker(scene, settings, integrator, SAMPLERS[settings.sampler](settings.seed))
-    finish(scene)
+    worker = ready_worker(scene, settings, integrator)
     progress = Progress(film, settings, time.perf_counter())
     threads = settings.threads or os.cpu_count() or 1
     with kept_buffers():
@@ -144,6 +143,15 @@ def render(
         seconds = progress.elapsed
         progress.nonfinite = origins(scene, settings, progress.nonfinite, positive)
     return RenderResult(film, progress, seconds, progress.stopped)
+
+
+def ready_worker(scene: Scene, settings: RenderSettings, integrator: Integrator) -> Worker:
+    """A worker whose tables are made; their time counts as the scene's build."""
+    started = time.perf_counter()
+    worker = Worker(scene, settings, integrator, SAMPLERS[settings.sampler](settings.seed))
+    finish(worker.scene)
+    scene.build_seconds += time.perf_counter() - started
+    return worker
 
 
 def film_key(settings: RenderSettings) -> str:

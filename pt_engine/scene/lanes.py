@@ -51,7 +51,8 @@ class Surface:
         self._geometry, self._hits, self._lanes = geometry, hits, lanes
         self.size = len(lanes)
         self.prim = hits.prim.take(lanes)
-        record = geometry.planes(self.prim)
+        self._instance = None if hits.instance is None else hits.instance.take(lanes)
+        record = geometry.planes(self.prim, self._instance)
         self.wi = -d
         self.ng = np.array(record[NORMAL])
         self.bound = record[BOUND]
@@ -70,6 +71,7 @@ class Surface:
         part._lanes, part.prim = self._lanes[span], self.prim[span]
         part.p, part.ng, part.wi = self.p[:, span], self.ng[:, span], self.wi[:, span]
         part.bound, part.facing = self.bound[span], self.facing[span]
+        part._instance = None if self._instance is None else self._instance[span]
         part.size = len(part.prim)
         return part
 
@@ -79,6 +81,7 @@ class Surface:
         part._lanes, part.prim = self._lanes.take(index), self.prim.take(index)
         part.p, part.ng, part.wi = (a.take(index, axis=1) for a in (self.p, self.ng, self.wi))
         part.bound, part.facing = self.bound.take(index), self.facing.take(index)
+        part._instance = None if self._instance is None else self._instance.take(index)
         part.size = len(index)
         return part
 
@@ -117,7 +120,8 @@ class Surface:
     @property
     def instance(self) -> Int32:
         """(N,) which placed mesh."""
-        return self._geometry.integer(INSTANCE, self.prim)
+        own = self._geometry.integer(INSTANCE, self.prim)
+        return own if self._instance is None else np.where(self._instance < 0, own, self._instance)
 
     @property
     def emitter(self) -> Int32:

@@ -29,9 +29,11 @@ from .attributes import (
 )
 from .displace import displaced
 from .features import features
-from .geometry import BOUND, Geometry, pack, place
+from .geometry import BOUND, Geometry
 from .lamp_shader import LampShader
+from .memory import fitted, need, snapshot_bytes
 from .own import OwnObjects, looking_at_themselves
+from .placing import build, may_share
 from .scene import Scene
 from .snapshot import CameraData, Snapshot, Visibility
 from .world_light import environment
@@ -39,7 +41,9 @@ from .world_light import environment
 Int32 = NDArray[np.int32]
 
 
-def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: int = 0) -> Scene:
+def prepare(
+    snapshot: Snapshot, film_transparent: bool = False, texture_memory: int = 0, memory: int | None = None
+) -> Scene:
     """Compile a snapshot into what integrators render.
 
     Parameters
@@ -48,11 +52,15 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     film_transparent : bool
     texture_memory : int
         Bytes that the texels of all images together may take; 0 for no limit.
+    memory : int, optional
+        Bytes that there are for the scene: instances that would not fit are not placed, which is slower.
 
     Raises
     ------
+    TooLarge
+        It does not fit however it is placed.
     MemoryError
-        More than 2³¹ triangles.
+        More than 2³¹ triangles with records of their own.
     """
     started = time.perf_counter()
     textures = TextureStore(snapshot.images, snapshot.ocio_config, texture_memory)
@@ -61,11 +69,11 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     rest = snapshot
     snapshot = displaced(snapshot, materials, shading_layers)
     view = view_of(snapshot.camera)
-    placed = place(snapshot)
-    accel = Accel(placed.vertices, placed.triangles)
     selves = looking_at_themselves(snapshot, materials)
+    room = None if memory is None else memory - textures.statistics()["bytes"]
+    sharing = fitted(snapshot, may_share(snapshot, materials, selves), materials.needs, room)
+    placed, accel, geometry = build(snapshot, sharing)
     own = OwnObjects(placed, selves) if selves else None
-    geometry = pack(snapshot, placed)
     prim, triangles = emissive_triangles(geometry, materials)
     lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
     lights = Lights(
@@ -95,23 +103,24 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
     scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
     scene.features = features(snapshot, scene, film_transparent)
+    scene.bytes = snapshot_bytes(snapshot) + need(snapshot, sharing, materials.needs).kept
+    scene.bytes += textures.statistics()["bytes"]
     scene.build_seconds = time.perf_counter() - started
     return scene
 
 
 def finish(scene: Scene) -> None:
-    """Make now what else the first render would make, and count its time as the build's."""
-    started = time.perf_counter()
+    """Make now what else the first samples would make."""
     if scene.lights.by_place is not None:
         scene.lights.by_place.make_ready()
-    scene.build_seconds += time.perf_counter() - started
 
 
 def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32, TriangleEmitters | None]:
     """The triangles whose material emits: their numbers (also put in their records), and their table."""
     none = np.zeros(0, np.int32), None
-    emits = materials.emission_varies | (materials.emission_constant != 0).any(axis=1)
-    surface_emits = (geometry.surface_material >= 0) & emits[geometry.surface_material]  # never the sky's
+    surface_emits = (geometry.surface_material >= 0) & materials.emits[
+        geometry.surface_material
+    ]  # never the sky's
     if not surface_emits.any():
         return none
     prim = np.flatnonzero(surface_emits[geometry.surface])
@@ -147,8 +156,8 @@ def shading_layers(
     normals = normal_layer(snapshot, geometry)
     if normals is not None:
         layers["normal", ""] = normals
-    for need in needs:
-        kind, _, name = need.partition(":")
+    for wanted in needs:
+        kind, _, name = wanted.partition(":")
         if kind == "uv":
             layers["uv", name] = uv_layer(snapshot, geometry, name)
         elif kind == "tangent":

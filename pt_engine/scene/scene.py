@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from ..nodes.world import WorldProgram
     from ..render.path_state import PathState
     from ..textures.images import TextureStore
+    from .nested import Nested
     from .own import OwnObjects
 
 Float32 = NDArray[np.float32]
@@ -62,6 +63,7 @@ class Scene:
     textures: TextureStore
     coverage: list[Coverage]
     build_seconds: float
+    bytes: int  # that it takes, about
     emissive_prim: Int32
     own: OwnObjects | None = None  # where some material traces rays within its own object
     material_names: tuple[str, ...]
@@ -69,7 +71,7 @@ class Scene:
     def __init__(
         self,
         geometry: Geometry,
-        accel: Accel,
+        accel: Accel | Nested,
         instances: Instances,
         layers: dict[tuple[str, str], Layer],
         materials: Materials,
@@ -101,6 +103,12 @@ class Scene:
             scene.pixel_angle = 2 * np.pi / width
         return scene
 
+    def with_compensated_lights(self) -> Scene:
+        """The same scene for integrators that combine emitter and BSDF sampling (`Lights.compensated`)."""
+        scene = copy.copy(self)
+        scene.lights = self.lights.compensated()
+        return scene
+
     def for_unit(self, lanes: int) -> Scene:
         """The same scene with a ray count and, where the film may be clear, a coverage per ray of its own."""
         scene = copy.copy(self)
@@ -127,8 +135,9 @@ class Scene:
             ],
             np.uint8 if self.dead < 255 else np.uint16,
         )
-        emits = self.materials.emission_varies | (self.materials.emission_constant != 0).any(axis=1)
-        self.surface_emits = (surfaces.surface_material >= 0) & emits[surfaces.surface_material]
+        self.surface_emits = (surfaces.surface_material >= 0) & self.materials.emits[
+            surfaces.surface_material
+        ]
         holds_out = np.array([batch.has_holdout for batch in batches], np.bool_)
         self.surface_holds_out = (surfaces.surface_material >= 0) & holds_out[
             self.materials.batch_of[surfaces.surface_material]
