@@ -124,8 +124,16 @@ def render(
     order = morton_order(x1 - x0, y1 - y0)
     integrator = INTEGRATORS[settings.integrator](settings)
     positive = only_positive(scene, integrator)
-    film = Film(x1 - x0, y1 - y0, key=film_key(settings), order=order, reject_negative=positive)
-    worker = Worker(scene, settings, integrator, SAMPLERS[settings.sampler](settings.seed))
+    sampler = SAMPLERS[settings.sampler](settings.seed)
+    film = Film(
+        *(x1 - x0, y1 - y0),
+        key=film_key(settings),
+        order=order,
+        reject_negative=positive,
+        correlated=sampler.correlated,
+        halves=settings.half_buffers,
+    )
+    worker = Worker(scene, settings, integrator, sampler)
     finish(scene)
     progress = Progress(film, settings, time.perf_counter())
     threads = settings.threads or os.cpu_count() or 1

@@ -40,6 +40,8 @@ class RenderSettings:
         In pixels.
     film_transparent : bool
         Whether the sky is left out of the image and of its alpha.
+    half_buffers : bool
+        Whether even and odd samples are kept apart, so that the halves can be written.
     lanes : int
         Size of a wavefront.
     """
@@ -60,6 +62,7 @@ class RenderSettings:
     pixel_filter: str = "BLACKMAN_HARRIS"
     filter_width: float = 1.5
     film_transparent: bool = False
+    half_buffers: bool = False
     lanes: int = 1 << 16
 
     @property
