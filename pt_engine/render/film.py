@@ -12,15 +12,13 @@ number of films merged in any order, gives the very same bits.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 from numpy.typing import NDArray
 
 from . import exact_sum
-from .film_error import ErrorEstimate, drawn_half, estimate_error
+from .film_error import ErrorEstimate, estimate_error
 from .film_moments import SQUARE_SCALE, Moments, Sums, moments_of
-from .film_noise import pixel_variance
+from .film_noise import bands, moments_by_band, pixel_variance
 from .sample_ranges import Ranges, joined, overlapping
 
 Float32 = NDArray[np.float32]
@@ -274,7 +272,7 @@ class Film:
         return image.reshape(self.height, self.width, 4)
 
     def half(self, number: int) -> Float32:
-        """Mean radiance of half 0 (A, even samples) or 1 (B): (height, width, 3) float32; 0 without samples."""
+        """Mean radiance of half 0 (A, even samples) or 1 (B): (height, width, 3) float32, 0 if empty."""
         if not self.halves:
             raise ValueError("this film keeps no halves")
         image = np.empty((self.pixels, 3), np.float32)
@@ -291,13 +289,12 @@ class Film:
     def variance_of_mean(self) -> Float64:
         """Variance of each pixel's mean: (height, width, 3) float64, NaN below two samples.
 
-        s²/n with the unbiased s² where samples are independent. For correlated ones its shape over the image is
-        kept, and its size is taken from the halves of the pixels around: see `film_noise`.
+        s²/n with the unbiased s² where samples are independent. For correlated ones its shape over the image
+        is kept, and its size is taken from the halves of the pixels around: see `film_noise`.
         """
         result = np.empty((self.height, self.width, 3))
-        rows = max(1, BLOCK // self.width)
-        for y in range(0, self.height, rows):
-            result[y : y + rows] = pixel_variance(self, y, min(y + rows, self.height))
+        for y0, y1 in bands(self):
+            result[y0:y1] = pixel_variance(self, y0, y1)
         return result
 
     def standard_error(self) -> Float32:
@@ -330,17 +327,9 @@ class Film:
     def error(self, half: int | None = None) -> ErrorEstimate:
         """How wrong the image is: `mse`, `relmse`, `rmse`, each with its `_ci95`: see `film_error`.
 
-        With `half` 0 or 1, as one random half of the pixels tells it; the two halves know nothing of each other.
+        With `half` 0 or 1, as one random half of the pixels tells it; neither half knows of the other.
         """
-        return estimate_error(lambda: self.moments_by_block(half))
-
-    def moments_by_block(self, half: int | None = None) -> Iterator[Moments]:
-        """`moments` of the whole image, or of a random half of its pixels, piece by piece."""
-        for part in self._blocks():
-            moments = self.moments(part)
-            if half is not None:
-                moments = moments.of(drawn_half(part.start, part.stop - part.start, half))
-            yield moments
+        return estimate_error(lambda: moments_by_band(self, half))
 
     def state(self) -> dict[str, NDArray[np.generic]]:
         """The arrays that make the film, in the order of pixel numbers."""

@@ -5,18 +5,21 @@ image and m its mean,
 
     MSE = mean of v            relMSE = mean of v / (R² + 0.01 m²)            over pixels and channels
 
-which for an unbiased estimator of light are the expected squared errors against the converged image; RMSE = √MSE.
+which for an unbiased estimator of light are the expected squared errors against the converged image, and
+RMSE = √MSE. A pixel that a rare bright sample has hit is bright *because* it is wrong; so R is less trusted, the
+noisier it is against its neighbours (`film_noise.level`).
 
-The interval holds the error of *this very* image. Its squared error e² in a pixel and the estimate v differ by
+The interval holds the error of *this very* image. Its squared error e² in a pixel and the estimate v
+differ by
 
     Var(e² − v) = 2 σ⁴ k / (k − 1)        σ² = E v, k the independent values behind v
 
-whatever the distribution of the samples: what a long tail adds to e² and to v alike cancels in their difference.
-Pixels are independent of each other (each sample belongs to one, drawn from the pixel filter; Sobol points
-are shifted for each), so the variances of a sum add up. σ⁴ is taken from the product of two neighbours' v, which are
-independent, and channels as fully correlated, which is the worst case and nearly true for light of one
-colour. The interval is taken in the logarithm, MSE · exp(± 1.96 s / MSE), since the estimate is positive and
-skewed to the right. It is wider than one for the *expected* error of such an image.
+whatever the distribution of the samples: what a long tail adds to e² and to v alike cancels in their
+difference. Pixels are independent of each other (each sample belongs to one, drawn from the pixel filter; Sobol
+points are shifted for each), so the variances of a sum add up. σ⁴ is v² (k − 1)/(k + 1), which is unbiased where
+v is a χ², and too large for long tails. Channels are taken as fully correlated, the worst case, and nearly
+true for light of one colour. The interval is taken in the logarithm, MSE · exp(± 1.96 s / MSE), since the
+estimate is positive and skewed to the right. It is wider than one for the *expected* error of such an image.
 
 What it cannot know: light that no sample has found yet (a caustic that has not sparkled).
 """
@@ -28,7 +31,6 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.hashing import lowbias32
 from .film_moments import Moments
 
 Float64 = NDArray[np.float64]
@@ -45,11 +47,9 @@ class _Tally:
         self.total, self.variance, self.pixels = 0.0, 0.0, 0
 
     def add(self, value: Float64, parts: NDArray[np.uint32]) -> None:
-        """`value` (n,), pixels 2k and 2k + 1 being neighbours, each from so many independent parts."""
-        noise = value * np.sqrt(2.0 * parts / (parts - 1.0))
-        even, odd = noise[0::2], noise[1::2]
+        """`value` (n,) of n pixels, each from so many independent parts."""
         self.total += float(value.sum())
-        self.variance += 2 * float((even[: odd.size] * odd).sum()) + float((even[odd.size :] ** 2).sum())
+        self.variance += float((value * value * (2.0 * parts / (parts + 1.0))).sum())
         self.pixels += len(value)
 
     def result(self) -> tuple[float, tuple[float, float]]:
@@ -73,7 +73,7 @@ def estimate_error(blocks: Callable[[], Iterable[Moments]]) -> ErrorEstimate:
     for block in blocks():
         known = block.of(np.flatnonzero(np.isfinite(block.variance[0])))
         absolute.add(known.variance.mean(axis=0), known.parts)
-        relative.add(relative_to(known.mean, known.variance, floor).mean(axis=0), known.parts)
+        relative.add(relative_to(known.level, known.variance, floor).mean(axis=0), known.parts)
     if not absolute.pixels:
         return {key: None for name in NAMES for key in (name, f"{name}_ci95")}
     (mse, mse_ci95), (relmse, relmse_ci95) = absolute.result(), relative.result()
@@ -97,16 +97,7 @@ def relative_floor(blocks: Iterable[Moments]) -> float:
     return FLOOR * (total / max(number, 1)) ** 2
 
 
-def relative_to(mean: Float64, variance: Float64, floor: float) -> Float64:
+def relative_to(level: Float64, variance: Float64, floor: float) -> Float64:
     """v / (R² + floor); 0 where both are."""
-    scale = mean**2 + floor
+    scale = level**2 + floor
     return variance / (scale + (scale == 0))
-
-
-def drawn_half(first: int, count: int, which: int) -> NDArray[np.intp]:
-    """A random half of the pixels `first` … `first + count − 1`, as indices from 0; 0 and 1 share none.
-
-    Drawn by pairs of neighbours, the same in every render.
-    """
-    pair = np.arange(first, first + count, dtype=np.uint32) >> np.uint32(1)
-    return np.flatnonzero((lowbias32(pair) & np.uint32(1)) == which)

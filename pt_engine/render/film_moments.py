@@ -21,7 +21,7 @@ SQUARE_SCALE = 64.0  # squares of dim pixels need finer steps: exact for |x| in 
 
 
 class Sums(NamedTuple):
-    """Of n pixels: samples (n,), sums (3, n), sums of squares (3, n) or of all channels (1, n), and the halves."""
+    """Of n pixels: samples (n,), sums (3, n), sums of squares (3, n) or of all channels (1, n); halves."""
 
     count: UInt32
     total: Float64
@@ -43,28 +43,29 @@ class Moments(NamedTuple):
     samples : (n,) uint32
     parts : (n,) uint32
         Independent values behind each variance: the samples, or 2 halves.
+    level : (3, n) float64
+        The radiance that errors are relative to: the mean, or where neighbours were asked, less noisy.
     """
 
     mean: Float64
     variance: Float64
     samples: UInt32
     parts: UInt32
+    level: Float64
 
     def of(self, pixels: NDArray[np.intp]) -> Moments:
         """Those of some of the pixels."""
-        return Moments(
-            self.mean[:, pixels], self.variance[:, pixels], self.samples[pixels], self.parts[pixels]
-        )
+        return Moments(*(x[..., pixels] for x in self))
 
 
 def moments_of(sums: Sums) -> Moments:
     """Means, and variances as the samples allow."""
     mean = sums.total / np.maximum(sums.count, 1)
     if sums.correlated:
-        return Moments(mean, half_variance(sums), sums.count, np.full_like(sums.count, 2))
+        return Moments(mean, half_variance(sums), sums.count, np.full_like(sums.count, 2), mean)
     variance = sample_variance(sums, mean)
     variance[:, sums.count < 2] = np.nan
-    return Moments(mean, variance, sums.count, sums.count)
+    return Moments(mean, variance, sums.count, sums.count, mean)
 
 
 def sample_variance(sums: Sums, mean: Float64) -> Float64:
@@ -81,7 +82,7 @@ def sample_variance(sums: Sums, mean: Float64) -> Float64:
 
 def half_variance(sums: Sums) -> Float64:
     """(Ā − B̄)² n_A n_B / n²: (3, n), NaN where a half is empty."""
-    assert sums.a is not None and sums.b is not None and sums.count_b is not None  # noqa: PT018, S101
+    assert sums.a is not None and sums.b is not None and sums.count_b is not None  # noqa: PT018
     n_b = sums.count_b.astype(np.float64)
     n_a = sums.count - n_b
     difference = sums.a / np.maximum(n_a, 1) - sums.b / np.maximum(n_b, 1)

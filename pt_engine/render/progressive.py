@@ -25,12 +25,20 @@ from ..scene.scene import Scene
 from .film import Film
 from .integrator import INTEGRATORS
 from .provenance import only_positive, origins
-from .schedule import Unit, morton_order, units
+from .decisions import decisions
+from .schedule import WAIT, Unit, morton_order, units
 from .settings import RenderSettings
 from .worker import UnitResult, Worker
 
 Float32 = NDArray[np.float32]
 REPORTED_NONFINITE = 20
+# settings that say how many samples there are and who makes them, not what they are
+HOW_MANY = ("samples", "first_sample", "seconds", "threads", "lanes") + (
+    "target_error",
+    "target_percentile",
+    "min_samples",
+    "adaptive",
+)
 
 
 @dataclass
@@ -138,7 +146,7 @@ def render(
     progress = Progress(film, settings, time.perf_counter())
     threads = settings.threads or os.cpu_count() or 1
     with kept_buffers():
-        work = units(settings, order)
+        work = units(settings, order, decisions(film, settings, order))
         for result in in_parallel(worker, work, threads, lambda: progress.stopped or out_of_time(progress)):
             deposit(progress, result)
             on_progress(progress)
@@ -151,7 +159,7 @@ def render(
 def film_key(settings: RenderSettings) -> str:
     """What two films must have in common to be parts of one render."""
     parts = asdict(settings)
-    for name in ("samples", "first_sample", "seconds", "threads", "lanes"):
+    for name in HOW_MANY:
         del parts[name]
     return json.dumps(parts, sort_keys=True)
 
@@ -163,24 +171,36 @@ def out_of_time(progress: Progress) -> bool:
 
 
 def in_parallel(
-    worker: Worker, work: Iterator[Unit], threads: int, stop: Callable[[], bool]
+    worker: Worker, work: Iterator[Unit | None], threads: int, stop: Callable[[], bool]
 ) -> Iterator[UnitResult]:
-    """Results in the order of the work, one unit per thread in flight; none is started after `stop`."""
+    """Results in the order of the work, one unit per thread in flight; none is started after `stop`.
+
+    Where the work says WAIT, all results before are handed over before it is asked for more.
+    """
     if threads == 1:
         for only in work:
-            yield worker.render(only)
-            if stop():
-                return
+            if only is not WAIT:
+                yield worker.render(only)
+                if stop():
+                    return
         return
     with ThreadPoolExecutor(threads, thread_name_prefix="pt_engine") as pool:
         pending: deque[Future[UnitResult]] = deque()
-        more, started = True, False
+        more, started, wait = True, False, False
         while more or pending:
-            while more and len(pending) <= threads:
-                unit = None if started and stop() else next(work, None)
-                more = started = unit is not None
-                if unit is not None:
+            while more and not (wait and pending) and len(pending) <= threads:
+                if started and stop():
+                    more = False
+                    break
+                try:
+                    unit = next(work)
+                except StopIteration:
+                    more = False
+                    break
+                wait = unit is WAIT
+                if unit is not WAIT:
                     pending.append(pool.submit(worker.render, unit))
+                    started = True
             if pending:
                 yield pending.popleft().result()
 

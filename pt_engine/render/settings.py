@@ -21,6 +21,14 @@ class RenderSettings:
         Number of the first sample, so that a render can be made in parts and merged.
     seconds : float
         Time limit; 0 for none.
+    target_error : float
+        Relative error at which the render ends; 0 for none.
+    target_percentile : float
+        0: the target is for the image (√relMSE); else for so many per cent of its pixels.
+    min_samples : int
+        Per pixel, before the error decides anything.
+    adaptive : bool
+        Whether pixels stop early where their surroundings have little noise; `samples` is the most that one gets.
     seed : int
     threads : int
         0 for one per core.
@@ -52,6 +60,10 @@ class RenderSettings:
     samples: int = 64
     first_sample: int = 0
     seconds: float = 0.0
+    target_error: float = 0.0
+    target_percentile: float = 0.0
+    min_samples: int = 16
+    adaptive: bool = False
     seed: int = 0
     threads: int = 0
     integrator: str = "path"
