@@ -282,6 +282,14 @@ class Film:
             image[part] = ((sums.a, sums.b)[number] / np.maximum(count, 1)).T
         return image.reshape(self.height, self.width, 3)
 
+    def mean(self) -> float:
+        """Of the image, over pixels and channels."""
+        total = 0.0
+        for part in self._blocks():
+            sums = self.sums(part)
+            total += float((sums.total / np.maximum(sums.count, 1)).sum())
+        return total / (3 * self.pixels)
+
     def counts(self) -> NDArray[np.uint32]:
         """Samples of each pixel: (height, width) uint32."""
         return self._count[self._gather(slice(0, self.pixels))].reshape(self.height, self.width)
@@ -329,7 +337,7 @@ class Film:
 
         With `half` 0 or 1, as one random half of the pixels tells it; neither half knows of the other.
         """
-        return estimate_error(lambda: moments_by_band(self, half))
+        return estimate_error(moments_by_band(self, half), self.mean())
 
     def state(self) -> dict[str, NDArray[np.generic]]:
         """The arrays that make the film, in the order of pixel numbers."""

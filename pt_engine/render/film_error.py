@@ -26,7 +26,7 @@ What it cannot know: light that no sample has found yet (a caustic that has not 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,17 +60,19 @@ class _Tally:
         return mean, (mean / spread, mean * spread)
 
 
-def estimate_error(blocks: Callable[[], Iterable[Moments]]) -> ErrorEstimate:
+def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
     """`mse`, `relmse`, `rmse` and each's `_ci95`; None where no pixel's variance is known.
 
     Parameters
     ----------
-    blocks : callable
-        Returns the image piece by piece, in the order of pixels. Called twice: relMSE needs the mean first.
+    blocks : iterable
+        The image piece by piece.
+    mean : float
+        Of the whole image, over pixels and channels.
     """
     absolute, relative = _Tally(), _Tally()
-    floor = relative_floor(blocks())
-    for block in blocks():
+    floor = FLOOR * mean**2
+    for block in blocks:
         known = block.of(np.flatnonzero(np.isfinite(block.variance[0])))
         absolute.add(known.variance.mean(axis=0), known.parts)
         relative.add(relative_to(known.level, known.variance, floor).mean(axis=0), known.parts)
@@ -86,15 +88,6 @@ def estimate_error(blocks: Callable[[], Iterable[Moments]]) -> ErrorEstimate:
         "rmse": float(np.sqrt(mse)),
         "rmse_ci95": (float(low), float(high)),
     }
-
-
-def relative_floor(blocks: Iterable[Moments]) -> float:
-    """0.01 m², m the mean over pixels and channels."""
-    total, number = 0.0, 0
-    for block in blocks:
-        total += float(block.mean.sum())
-        number += block.mean.size
-    return FLOOR * (total / max(number, 1)) ** 2
 
 
 def relative_to(level: Float64, variance: Float64, floor: float) -> Float64:

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.hashing import lowbias32
-from .film_error import relative_floor, relative_to
+from .film_error import FLOOR, relative_to
 from .film_moments import Moments, Sums, half_variance, moments_of, sample_variance
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def moments_by_band(film: Film, half: int | None = None) -> Iterator[Moments]:
 
 def relative_variance(film: Film) -> Float64:
     """Mean over channels of v / (R² + 0.01 m²) of each pixel: (height, width), NaN below two samples."""
-    floor = relative_floor(moments_by_band(film))
+    floor = FLOOR * film.mean() ** 2
     result = np.empty((film.height, film.width))
     for (y0, y1), moments in zip(bands(film), moments_by_band(film), strict=True):
         variance = np.moveaxis(pixel_variance(film, y0, y1), -1, 0).reshape(3, -1)

@@ -22,10 +22,12 @@ from ..core.memory import kept_buffers
 from ..core.samplers import SAMPLERS
 from ..scene.prepare import finish
 from ..scene.scene import Scene
+from .decisions import DECIDES, TELLS, decisions, relative_error
 from .film import Film
+from .film_error import ErrorEstimate
+from .forecast import Forecast
 from .integrator import INTEGRATORS
 from .provenance import only_positive, origins
-from .decisions import decisions
 from .schedule import WAIT, Unit, morton_order, units
 from .settings import RenderSettings
 from .worker import UnitResult, Worker
@@ -54,6 +56,7 @@ class Progress:
     nonfinite: list[dict[str, Any]] = field(default_factory=list)
     nonfinite_count: int = 0
     stopped: bool = False
+    forecast: Forecast = field(default_factory=Forecast)
 
     @property
     def total_samples(self) -> int:
@@ -94,12 +97,24 @@ class Progress:
 
 @dataclass
 class RenderResult:
-    """What a render leaves, complete or cancelled."""
+    """What a render leaves, complete or cancelled.
+
+    `stopped_by` is "samples", "time", "target", "noise" (adaptive sampling wants no more) or "cancelled".
+    """
 
     film: Film
     progress: Progress
     seconds: float
-    cancelled: bool
+    stopped_by: str
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether somebody stopped it."""
+        return self.stopped_by == "cancelled"
+
+    def error(self) -> ErrorEstimate:
+        """How wrong the image is; where the error itself ended the render, as pixels tell that had no say in it."""
+        return self.film.error(TELLS if self.stopped_by == "target" else None)
 
     def image(self) -> Float32:
         """(height, width, 4) float32 of the window, bottom row first, alpha premultiplied."""
@@ -149,11 +164,12 @@ def render(
         work = units(settings, order, decisions(film, settings, order))
         for result in in_parallel(worker, work, threads, lambda: progress.stopped or out_of_time(progress)):
             deposit(progress, result)
+            progress.forecast.look(progress)
             on_progress(progress)
             progress.stopped = progress.stopped or should_stop()
         seconds = progress.elapsed
         progress.nonfinite = origins(scene, settings, progress.nonfinite, positive)
-    return RenderResult(film, progress, seconds, progress.stopped)
+    return RenderResult(film, progress, seconds, stopped_by(progress))
 
 
 def film_key(settings: RenderSettings) -> str:
@@ -162,6 +178,22 @@ def film_key(settings: RenderSettings) -> str:
     for name in HOW_MANY:
         del parts[name]
     return json.dumps(parts, sort_keys=True)
+
+
+def stopped_by(progress: Progress) -> str:
+    """Why a render is over."""
+    settings = progress.settings
+    if progress.stopped:
+        return "cancelled"
+    if settings.samples and progress.camera_samples >= settings.samples * progress.film.pixels:
+        return "samples"
+    if settings.seconds and progress.elapsed >= settings.seconds:
+        return "time"
+    if settings.target_error:
+        error = relative_error(progress.film, settings.target_percentile, DECIDES)
+        if error is not None and error <= settings.target_error:
+            return "target"
+    return "noise" if settings.adaptive else "samples"
 
 
 def out_of_time(progress: Progress) -> bool:
