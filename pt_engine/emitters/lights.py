@@ -5,6 +5,7 @@ Lamps do not occlude: a ray passes through them and gathers all that lie before 
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
@@ -151,6 +152,15 @@ class Lights:
         self.by_place = local_choice(shining, faces, self.power, self.chance, radius, surfaces)
         self._crowd = crowd(shining, self._lamps, self._first.tolist(), radius, surfaces)
         self.description = self._describe(shining)
+
+    def compensated(self) -> Lights:
+        """The same lights for estimators that also find them by BSDF sampling and weigh both by MIS."""
+        if self._environment is None:
+            return self
+        lights = copy.copy(self)
+        part = EnvironmentPart(self._environment.environment.compensated, self._environment.chance)
+        lights._environment, lights._parts = part, [*self._parts[:-1], part]
+        return lights
 
     def _prepare_choice(self) -> None:
         """The alias table over all emitters, and where each part's numbers begin."""

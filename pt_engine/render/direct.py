@@ -96,6 +96,7 @@ class DirectMIS(Direct):
     name = "direct_mis"
     label = "Direct, MIS"
     description = "Both strategies, combined with the power heuristic"
+    combines = True
 
     def reflected(
         self, scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, random: LaneSampler

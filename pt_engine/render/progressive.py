@@ -26,7 +26,7 @@ from .decisions import DECIDES, TELLS, decisions, relative_error
 from .film import Film
 from .film_error import ErrorEstimate
 from .forecast import Forecast
-from .integrator import INTEGRATORS
+from .integrator import INTEGRATORS, Integrator
 from .provenance import only_positive, origins
 from .schedule import WAIT, Unit, morton_order, units
 from .settings import RenderSettings
@@ -56,6 +56,8 @@ class Progress:
     nonfinite: list[dict[str, Any]] = field(default_factory=list)
     nonfinite_count: int = 0
     stopped: bool = False
+    in_flight: int = 1  # units that are rendered at a time
+    unit_lanes: int = 0  # of the last one
     forecast: Forecast = field(default_factory=Forecast)
 
     @property
@@ -77,7 +79,14 @@ class Progress:
             parts.append(self.camera_samples / (self.settings.samples * (x1 - x0) * (y1 - y0)))
         if self.settings.seconds:
             parts.append(self.elapsed / self.settings.seconds)
+        if self.settings.target_error and self.forecast.latest:
+            parts.append(self.elapsed / max(self.forecast.latest.seconds, self.elapsed))
         return min(1.0, max(parts))
+
+    @property
+    def latency(self) -> float:
+        """Seconds from a unit's start to its end: those in flight, over the pace."""
+        return self.in_flight * self.unit_lanes * self.elapsed / max(1, self.camera_samples)
 
     @property
     def remaining(self) -> float:
@@ -147,19 +156,18 @@ def render(
     order = morton_order(x1 - x0, y1 - y0)
     integrator = INTEGRATORS[settings.integrator](settings)
     positive = only_positive(scene, integrator)
-    sampler = SAMPLERS[settings.sampler](settings.seed)
     film = Film(
         *(x1 - x0, y1 - y0),
         key=film_key(settings),
         order=order,
         reject_negative=positive,
-        correlated=sampler.correlated,
+        correlated=SAMPLERS[settings.sampler].correlated,
         halves=settings.half_buffers,
     )
-    worker = Worker(scene, settings, integrator, sampler)
-    finish(scene)
+    worker = ready_worker(scene, settings, integrator)
     progress = Progress(film, settings, time.perf_counter())
     threads = settings.threads or os.cpu_count() or 1
+    progress.in_flight = threads + 1 if threads > 1 else 1
     with kept_buffers():
         work = units(settings, order, decisions(film, settings, order))
         for result in in_parallel(worker, work, threads, lambda: progress.stopped or out_of_time(progress)):
@@ -170,6 +178,15 @@ def render(
         seconds = progress.elapsed
         progress.nonfinite = origins(scene, settings, progress.nonfinite, positive)
     return RenderResult(film, progress, seconds, stopped_by(progress))
+
+
+def ready_worker(scene: Scene, settings: RenderSettings, integrator: Integrator) -> Worker:
+    """A worker whose tables are made; their time counts as the scene's build."""
+    started = time.perf_counter()
+    worker = Worker(scene, settings, integrator, SAMPLERS[settings.sampler](settings.seed))
+    finish(worker.scene)
+    scene.build_seconds += time.perf_counter() - started
+    return worker
 
 
 def film_key(settings: RenderSettings) -> str:
@@ -197,9 +214,12 @@ def stopped_by(progress: Progress) -> str:
 
 
 def out_of_time(progress: Progress) -> bool:
-    """Whether the time limit is reached."""
+    """Whether a unit that is started now would end rather after the time limit than before it.
+
+    Those in flight end first: it is as late as the ones before it were.
+    """
     limit = progress.settings.seconds
-    return limit > 0 and progress.elapsed >= limit
+    return limit > 0 and progress.elapsed + 0.5 * progress.latency >= limit
 
 
 def in_parallel(
@@ -247,6 +267,7 @@ def deposit(progress: Progress, result: UnitResult) -> None:
         y, x = divmod(int(unit.pixels[index]), x1 - x0)
         progress.nonfinite.append({"x": x + x0, "y": y + y0, "sample": unit.first + sample})
     progress.nonfinite_count += len(bad)
+    progress.unit_lanes = len(unit.pixels) * unit.spp
     progress.camera_samples += len(unit.pixels) * unit.spp
     progress.rays.update(result.rays)
     progress.samples = progress.camera_samples // max(1, progress.film.pixels)

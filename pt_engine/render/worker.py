@@ -38,12 +38,19 @@ class Worker:
     settings : RenderSettings
     integrator : Integrator
     sampler : Sampler
+
+    Attributes
+    ----------
+    scene : Scene
+        As the integrator sees it.
     """
 
     def __init__(
         self, scene: Scene, settings: RenderSettings, integrator: Integrator, sampler: Sampler
     ) -> None:
-        self._scene = scene.with_pixels(settings.width, settings.height)
+        if integrator.combines:
+            scene = scene.with_compensated_lights()
+        self.scene = scene.with_pixels(settings.width, settings.height)
         self._settings = settings
         self._integrator, self._sampler = integrator, sampler
         self._filter = FilterTable(settings.pixel_filter, settings.filter_width)
@@ -53,13 +60,13 @@ class Worker:
         """Estimate the radiance of each of the unit's camera rays."""
         sampler = self.lane_sampler(unit)
         rays = self.camera_rays(unit, sampler)
-        scene = self._scene.for_unit(rays.o.shape[1])
+        scene = self.scene.for_unit(rays.o.shape[1])
         radiance = self.exposed(self._integrator.sample(scene, rays, sampler))
         return UnitResult(unit, radiance, scene.alpha, scene.rays)
 
     def exposed(self, radiance: Float32) -> Float32:
         """What the film takes of a radiance (3, N): all of it unless the file sets a film exposure."""
-        return radiance if self._scene.exposure == 1 else radiance * np.float32(self._scene.exposure)
+        return radiance if self.scene.exposure == 1 else radiance * np.float32(self.scene.exposure)
 
     def lane_sampler(self, unit: Unit) -> LaneSampler:
         """Random numbers by (pixel of the full image, sample)."""

@@ -100,11 +100,9 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
 
 
 def finish(scene: Scene) -> None:
-    """Make now what else the first render would make, and count its time as the build's."""
-    started = time.perf_counter()
+    """Make now what else the first samples would make."""
     if scene.lights.by_place is not None:
         scene.lights.by_place.make_ready()
-    scene.build_seconds += time.perf_counter() - started
 
 
 def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32, TriangleEmitters | None]:

@@ -100,6 +100,12 @@ class Scene:
             scene.pixel_angle = 2 * np.pi / width
         return scene
 
+    def with_compensated_lights(self) -> Scene:
+        """The same scene for integrators that combine emitter and BSDF sampling (`Lights.compensated`)."""
+        scene = copy.copy(self)
+        scene.lights = self.lights.compensated()
+        return scene
+
     def for_unit(self, lanes: int) -> Scene:
         """The same scene with a ray count and, where the film may be clear, a coverage per ray of its own."""
         scene = copy.copy(self)

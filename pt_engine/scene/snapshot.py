@@ -235,6 +235,26 @@ class LightData:
 
 
 @dataclass(frozen=True)
+class Stereo:
+    """One eye of spherical stereo (see `cameras/spherical_stereo.py`).
+
+    Attributes
+    ----------
+    offset : float
+        From the middle, in metres; the left eye's is negative.
+    convergence : float
+        Distance where the eyes' rays meet; infinite for parallel ones.
+    merge_from, merge_to : float
+        Altitudes in radians between which the offset fades to 0; a `merge_to` of 0 switches that off.
+    """
+
+    offset: float
+    convergence: float = float("inf")
+    merge_from: float = 0.0
+    merge_to: float = 0.0
+
+
+@dataclass(frozen=True)
 class CameraData:
     """The camera. `matrix` is camera to world without scale; it looks along its -Z, +Y up.
 
@@ -259,6 +279,8 @@ class CameraData:
         k₀ to k₄ of FISHEYE_LENS_POLYNOMIAL.
     blades, blade_rotation, aperture_ratio :
         Polygonal aperture (0 blades: round), its rotation in radians, and its anamorphic ratio.
+    stereo : Stereo or None
+        Of a PERSP or PANO camera whose eyes turn with each ray. Eyes that stand still are in `matrix`.
     """
 
     kind: str
@@ -273,6 +295,7 @@ class CameraData:
     panorama: str = ""
     fisheye_fov: float = float(np.pi)
     fisheye_polynomial: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    stereo: Stereo | None = None
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,7 @@ CLASSES: dict[str, type] = {
         data.ImageData,
         data.LightData,
         data.CameraData,
+        data.Stereo,
     )
 }
 

@@ -7,16 +7,13 @@ from dataclasses import replace
 from ...scene.snapshot import Snapshot
 from .camera import export_camera
 from .dicing import Dicing
+from .failure import ExportError
 from .images import ImageTable, ocio_config
 from .instances import Collector
 from .materials import MaterialTable
 from .properties import with_scene_values
 from .unsupported import scene_wide
 from .world import export_world
-
-
-class ExportError(RuntimeError):
-    """The scene can't be rendered, and why."""
 
 
 def export_scene(depsgraph, *, camera=None, size=None) -> Snapshot:
