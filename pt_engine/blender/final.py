@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from itertools import chain
 from typing import Any
 
@@ -16,6 +17,7 @@ from ..render.stats import statistics
 from ..report.seen import error_picture
 from ..scene.memory import snapshot_bytes
 from ..scene.prepare import prepare
+from . import passes
 from .export import export_scene
 from .nonfinite import add_commands, headline, lines
 from .picture import Picture
@@ -35,6 +37,7 @@ def final_render(engine, depsgraph) -> None:
     record = record_of(engine, scene)
     size = engine.resolution_x, engine.resolution_y
     settings = settings_of(scene, *size)
+    settings = replace(settings, half_buffers=passes.wants_halves(depsgraph.view_layer_eval))
     check_film(settings, room(scene.pt_engine.memory_limit << 20))
 
     engine.update_stats("", "Exporting the scene")
@@ -72,6 +75,7 @@ def render_view(engine, depsgraph, prepared, settings, view: str) -> dict[str, A
     layer = depsgraph.view_layer_eval.name
     x0, y0, x1, y1 = settings.window
     meter = Meter(engine)
+    passes.add_to(engine, depsgraph.view_layer_eval)
     with Picture(engine, layer, (x1 - x0, y1 - y0), view) as picture:
 
         def on_progress(progress) -> None:
@@ -80,6 +84,8 @@ def render_view(engine, depsgraph, prepared, settings, view: str) -> dict[str, A
 
         ledger = Ledger()
         result = render(prepared, settings, on_progress, meter.should_stop, ledger)
+        for extra in passes.enabled(depsgraph.view_layer_eval):
+            picture.fill(extra.name, extra.image(result.film))
         picture.show(result.image())
 
     stats = statistics(prepared, settings, result, ledger)

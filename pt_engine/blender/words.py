@@ -35,9 +35,17 @@ def status(progress) -> str:
     if math.isfinite(progress.remaining):
         parts.append(f"remaining {duration(progress.remaining)}")
     parts.append(f"{progress.rays_per_second * 1e-6:.1f} Mrays/s")
+    if progress.forecast.latest:
+        parts.append(prediction(progress.forecast.latest))
     if progress.nonfinite_count:
         parts.append(f"{progress.nonfinite_count} non-finite samples dropped")
     return " | ".join(parts)
+
+
+def prediction(found) -> str:
+    """`reaches 1 % in 3:10 (2:50 to 3:40)`: from the render's start."""
+    low, high = found.seconds_ci95
+    return f"reaches {found.target * 100:.3g} % in {duration(found.seconds)} ({duration(low)} to {duration(high)})"
 
 
 def estimated_error(error: dict) -> str:
@@ -100,3 +108,21 @@ def coverage_lines(coverage) -> list[str]:
 def shortened(lines: list[str], limit: int = LISTED) -> list[str]:
     """The first lines, and how many more there are."""
     return lines if len(lines) <= limit else [*lines[:limit], f"and {len(lines) - limit} more"]
+
+
+STOPPED = {
+    "samples": "all samples were taken",
+    "time": "the time was up",
+    "target": "the target error is reached",
+    "noise": "no pixel needs more",
+    "cancelled": "it was cancelled",
+}
+
+
+def error_lines(stats) -> list[str]:
+    """What is known of a render's error, from its statistics."""
+    error = estimated_error(stats["error"])
+    return [
+        "Error " + error if error else "Too few samples to know the error",
+        f"{stats['samples']} samples: {STOPPED[stats['stopped_by']]}",
+    ]

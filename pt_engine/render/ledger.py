@@ -32,9 +32,10 @@ STAGES = {
     "bsdf": "BSDF sampling",
     "roulette": "roulette and sorting",
     "film": "film",
+    "accuracy": "looking at the error",
     "rest": "everything else",
 }
-OF_PATHS = frozenset(STAGES) - {"generate", "film", "rest"}
+OF_PATHS = frozenset(STAGES) - {"generate", "film", "accuracy", "rest"}
 
 
 class Ledger:

@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import __version__
 from ..scene.scene import Scene
+from .forecast import Prediction
 from .ledger import Ledger
 from .progressive import RenderResult
 from .settings import RenderSettings
@@ -47,7 +48,12 @@ def statistics(
         "nonfinite": {"count": progress.nonfinite_count, "samples": progress.nonfinite},
         "features": dict(scene.features),
         "ledger": ledger.books(scene) if ledger else None,
-        "error": result.film.error(),
+        "error": result.error(),
+        "stopped_by": result.stopped_by,
+        "prediction": foretold(progress.forecast.early or progress.forecast.latest),
+        "error_history": [
+            [look.samples, look.seconds, look.relmse**0.5] for look in progress.forecast.history
+        ],
         "coverage": [
             {"material": c.material, "node": c.node, "state": c.state, "effect": c.effect}
             for c in scene.coverage
@@ -56,6 +62,11 @@ def statistics(
         "triangles": len(scene.geometry.records) - 1,
         "emitters": dict(scene.lights.description.counts),
     }
+
+
+def foretold(prediction: Prediction | None) -> dict[str, Any] | None:
+    """A prediction as an object; None if the render was too short for one."""
+    return prediction and prediction._asdict()
 
 
 def versions() -> dict[str, str]:

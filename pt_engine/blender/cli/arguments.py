@@ -156,6 +156,19 @@ def add_scene_options(command: argparse.ArgumentParser) -> None:
     scene.add_argument("--size", type=pair("x", least=1), metavar="WxH", help="in pixels, at 100 %%")
     scene.add_argument("--samples", type=whole(0), metavar="N", help="per pixel; 0 for no limit")
     scene.add_argument("--seconds", type=positive, metavar="S", help="time limit; 0 for none")
+    scene.add_argument(
+        "--target-error",
+        type=positive,
+        metavar="E",
+        help="relative error at which the render ends, 0.01 for 1 %%; samples are then unlimited unless given",
+    )
+    scene.add_argument(
+        "--target-percentile", type=positive, metavar="P", help="... of P %% of the pixels, not of the image"
+    )
+    scene.add_argument("--min-samples", type=whole(4), metavar="N", help="before the error decides anything")
+    scene.add_argument(
+        "--adaptive", action="store_true", help="pixels with little noise around them stop early"
+    )
     scene.add_argument("--seed", type=whole(0), metavar="K")
     scene.add_argument("--threads", type=whole(0), metavar="N", help="0 for one per core")
     scene.add_argument("--integrator", metavar="NAME")
@@ -197,7 +210,7 @@ def positive(text: str) -> float:
     """A finite number of at least 0."""
     value = float(text)
     if not 0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text} is not a time")
+        raise argparse.ArgumentTypeError(f"{text} is not a finite number of at least 0")
     return value
 
 
