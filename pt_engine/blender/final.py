@@ -14,7 +14,7 @@ from ..render.ledger import Ledger
 from ..render.memory import check_film, fitted, room, room_for_scene
 from ..render.progressive import render
 from ..render.stats import statistics
-from ..report.seen import error_picture
+from ..report.error_picture import error_picture
 from ..scene.memory import snapshot_bytes
 from ..scene.prepare import prepare
 from . import passes
@@ -93,6 +93,7 @@ def render_view(engine, depsgraph, prepared, settings, view: str) -> dict[str, A
     add_commands(stats["nonfinite"]["samples"], settings, bpy.data.filepath, frame, layer)
     stats["versions"]["blender"] = bpy.app.version_string
     stats["view_layer"] = layer
+    Session.observer.on_film(result.film)
     if not bpy.app.background:
         engine.pt_record.error = error_picture(result.film)
     tell_nonfinite(engine, stats)

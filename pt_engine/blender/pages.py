@@ -18,16 +18,15 @@ from .nonfinite import settings_words
 IMAGE_SETTINGS = ("media_type", "file_format", "color_mode", "color_depth", "compression", "color_management")
 
 
-def write_page(path: Path, scene, statistics, error, history=()) -> None:
+def write_page(path: Path, scene, statistics, error) -> None:
     """Write the page of the last render.
 
     Parameters
     ----------
     error : (height, width) float32 or None
-        As `report.seen.error_picture` makes it.
-    history : sequence of (seconds, relative RMS error)
+        As `report.error_picture.error_picture` makes it.
     """
-    render_page(path, statistics, shown(scene), error, history, command_of(statistics))
+    render_page(path, statistics, shown(scene), error, command_of(statistics))
 
 
 def shown(scene) -> bytes | None:

@@ -142,7 +142,6 @@ class PTENGINE_RENDER_PT_statistics(RenderPanel, bpy.types.Panel):
         elif record.failure:
             listing(layout, record.failure.splitlines()[:LINES], icon="ERROR")
         else:
-            layout.operator("pt_engine.open_report", icon="URL")
             listing(layout, statistics_lines(record.statistics()))
 
 

@@ -26,6 +26,9 @@ class Observer:
     def on_progress(self, progress) -> None:
         """After every unit of work."""
 
+    def on_film(self, film) -> None:
+        """The film of a render that is over."""
+
     def should_stop(self) -> bool:
         """Asked after every unit of work."""
         return False

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 from ..render.settings import RenderSettings
 from ..render.stats import versions
 from ..scene.scene import Scene
-from .contenders import BASE, Contender, contenders
+from .contenders import BASE, Contender, adaptive, contenders
 from .errors import bias, relative_mse
 from .fits import Estimate, at, geometric_mean_of, mean_of, slope
 from .reference import Reference
-from .runs import Point, Runs, measure
+from .runs import Point, Runs, measure, plain
 from .verdict import verdict
 
 SCHEMA = "pt_engine.comparison/1"
@@ -43,12 +43,16 @@ def compare(
     tell : callable
         Gets a line before each contender.
     """
-    settings = replace(settings, samples=0, seconds=0.0)
+    settings = plain(settings)
     everyone = contenders(scene, settings, only)
-    measured = []
+    measured: list[Runs] = []
     for number, contender in enumerate(everyone):
         tell(f"{number + 1}/{len(everyone)} {contender.name}")
         measured.append(measure(contender, reference.picture, seconds, seeds))
+    if not only or any(word in "adaptive" for word in only):
+        tell("adaptive")
+        most = max(points[-1].samples for points in measured[0].points)
+        measured.append(measure(adaptive(everyone[0], most), reference.picture, seconds, seeds))
     samples = min(points[-1].samples for runs in measured for points in runs.points)
     base = next(runs for runs in measured if runs.contender.name == BASE)
     return {

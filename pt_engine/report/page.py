@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +46,6 @@ def render_page(
     stats: Stats,
     png: bytes | None,
     error: NDArray[np.float32] | None,
-    history: Sequence[tuple[float, float]] = (),
     command: str = "",
 ) -> None:
     """The page of one render.
@@ -58,8 +57,7 @@ def render_page(
     png : bytes or None
         The picture as Blender shows it.
     error : (height, width) float32 or None
-        As `seen.error_picture` makes it.
-    history : sequence of (seconds, relative RMS error)
+        As `error_picture.error_picture` makes it.
     command : str
         That renders it again.
     """
@@ -72,7 +70,7 @@ def render_page(
         error=figures.heat(error.astype(np.float64), most) if error is not None else None,
         most=most,
         accuracy=accuracy(stats),
-        curve=error_curve(stats, history),
+        curve=error_curve(stats),
         ledger=ledger(stats),
         coverage=[entry for entry in stats["coverage"] if entry["state"] != "exact"],
         exact=sum(entry["state"] == "exact" for entry in stats["coverage"]),
@@ -95,12 +93,13 @@ def accuracy(stats: Stats) -> dict[str, float] | None:
     }
 
 
-def error_curve(stats: Stats, history: Sequence[tuple[float, float]]) -> str:
+def error_curve(stats: Stats) -> str:
     """The figure of the error over time, "" where nothing is known."""
     known = accuracy(stats)
     seconds = stats["seconds"]["render"]
     if known is None or not (seconds > 0 and math.isfinite(known["high"])):
         return ""
+    history = [(at, error) for _, at, error in stats.get("error_history", ())]
     return figures.convergence(history, (seconds, known["error"], known["low"], known["high"]))
 
 

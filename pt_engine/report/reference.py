@@ -24,7 +24,7 @@ from ..scene.snapshot import Snapshot
 from ..scene.snapshot_io import save_snapshot
 from .errors import Picture
 from .pictures import picture_of
-from .runs import colours
+from .runs import colours, plain
 
 OTHER_SEED = 0x2545F491
 FIRST_STEP, LARGEST_STEP = 8, 256  # samples
@@ -87,7 +87,12 @@ def made(
 def of_reference(settings: RenderSettings) -> RenderSettings:
     """The whole estimator with numbers that no contender uses, and whose noise is exactly known."""
     seed = settings.seed ^ OTHER_SEED
-    return replace(settings, integrator="path", sampler="independent", seed=seed, seconds=0.0, samples=0)
+    return replace(
+        plain(settings),
+        integrator="path",
+        sampler="independent",
+        seed=seed,
+    )
 
 
 def relative_error(film: Film) -> float:

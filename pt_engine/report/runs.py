@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..render.progressive import Progress, render
+from ..render.settings import RenderSettings
 from .contenders import Contender
 from .errors import Picture, mse
 
@@ -66,6 +67,11 @@ def measure(contender: Contender, reference: Picture, seconds: float, seeds: int
     return runs
 
 
+def plain(settings: RenderSettings) -> RenderSettings:
+    """Without limits and without decisions that depend on the noise."""
+    return replace(settings, samples=0, seconds=0.0, target_error=0.0, adaptive=False, half_buffers=False)
+
+
 def colours(image: NDArray[np.float32]) -> Float64:
     """(height, width, 3) float64 of a film's image, bottom row first."""
     return image[..., :3].astype(np.float64)
@@ -89,7 +95,7 @@ class Watch:
     def on_progress(self, progress: Progress) -> None:
         """After every unit of work."""
         whole = progress.camera_samples % max(1, progress.film.pixels) == 0
-        if whole and progress.samples >= self._next:
+        if (whole or progress.settings.adaptive) and progress.samples >= self._next:
             self._note(progress)
             self._next = progress.samples * 2
 

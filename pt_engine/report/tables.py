@@ -95,7 +95,7 @@ def whatif_cells(row: Mapping[str, Any], whole: float) -> list[str]:
         row["name"],
         f"{row['seconds']:+.2f} s",
         f"{row['seconds'] / whole:+.0%}" if whole > 0 else "?",
-        f"{row['difference']:.2%}",
+        f"{row['difference']:.2%}" if row["beyond_noise"] else f"< {row['difference_high']:.2%}",
         f"{row['energy']:+.1%}",
         f"{row['noise']:.2f} x",
         f"{per_second:.1%}" if math.isfinite(per_second) else "costs nothing",

@@ -1,8 +1,9 @@
 """What each effect costs and what it does to the image: renders with one effect at a time taken out.
 
 All renders take the same samples with the same random numbers, twice with other seeds. From two pairs the
-squared difference beyond noise is estimated without bias, E[(a₀ − b₀)(a₁ − b₁)] = (A − B)². Seconds are of
-CPU cores. Where an effect is missing nothing is rendered: 0 s and no difference.
+squared difference beyond noise is estimated without bias, E[(a₀ − b₀)(a₁ − b₁)] = (A − B)², and its
+spread over pixels says how well. Seconds are of CPU cores. Where an effect is missing nothing is rendered:
+0 s and no difference.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from ..scene.scene import Scene
 from ..scene.snapshot import Snapshot
 from .caustics import why_no_caustics, without_caustics
 from .effects import EFFECTS
-from .runs import colours
+from .runs import colours, plain
 
 SCHEMA = "pt_engine.whatif/1"
 SEEDS = 2
@@ -55,7 +56,8 @@ def whatif(
         Gets a line before each render.
     """
     scene = prepare(snapshot, settings.film_transparent)
-    settings = replace(settings, seconds=0.0, samples=samples_within(scene, settings, seconds))
+    settings = plain(settings)
+    settings = replace(settings, samples=samples_within(scene, settings, seconds))
     tell("the whole scene")
     whole = rendered(scene, settings)
     rows = []
@@ -86,9 +88,9 @@ def whatif(
 
 def samples_within(scene: Scene, settings: RenderSettings, seconds: float) -> int:
     """How many samples per pixel a render takes in so many core seconds, at least 4."""
-    render(scene, replace(settings, samples=1, seconds=0.0))  # what only the first render makes
+    render(scene, replace(settings, samples=1))  # what only the first render makes
     started = time.process_time()
-    render(scene, replace(settings, samples=2, seconds=0.0))
+    render(scene, replace(settings, samples=2))
     each = max((time.process_time() - started) / 2, 1e-6)
     return max(4, round(seconds / each))
 
@@ -114,7 +116,10 @@ def difference(name: str, whole: Version, other: Version) -> dict[str, Any]:
     d0, d1 = (a - b for a, b in zip(whole.images, other.images, strict=True))
     mean = float(np.mean(whole.images)) or 1.0
     energy = float((d0 + d1).mean()) / 2 / mean
-    rms = math.sqrt(max(0.0, float((d0 * d1).mean()))) / abs(mean)
+    squared = (d0 * d1).mean(axis=2)
+    uncertain = 2 * float(squared.std()) / math.sqrt(squared.size)
+    seen = float(squared.mean()) > uncertain
+    rms, high = (math.sqrt(max(0.0, float(squared.mean()) + more)) / abs(mean) for more in (0.0, uncertain))
     seconds = whole.seconds - other.seconds
     return {
         "name": name,
@@ -122,6 +127,8 @@ def difference(name: str, whole: Version, other: Version) -> dict[str, Any]:
         "why": "",
         "seconds": seconds,
         "difference": rms,
+        "difference_high": high,
+        "beyond_noise": seen,
         "energy": energy,
         "noise": whole.noise / other.noise if other.noise > 0 else math.inf,
         "difference_per_second": rms / seconds if seconds > 0 else math.inf,
@@ -136,6 +143,8 @@ def nothing(name: str, why: str) -> dict[str, Any]:
         "why": why,
         "seconds": 0.0,
         "difference": 0.0,
+        "difference_high": 0.0,
+        "beyond_noise": True,
         "energy": 0.0,
         "noise": 1.0,
         "difference_per_second": 0.0,

@@ -15,21 +15,21 @@ from pt_engine.render.progressive import render
 from pt_engine.render.settings import RenderSettings
 from pt_engine.render.stats import statistics
 from pt_engine.report import optional as packages
+from pt_engine.report.error_picture import error_picture
 from pt_engine.report.errors import Picture
 from pt_engine.report.optional import MissingPackage
 from pt_engine.report.page import accuracy, check_packages, comparison_page, render_page, whatif_page
-from pt_engine.report.seen import Seen, error_picture
 from pt_engine.scene.prepare import prepare
 
 
 @pytest.fixture(scope="module")
 def rendered():
-    """A render's statistics with its ledger, what was seen of it, and its film."""
-    scene, seen, ledger = prepare(room(make.diffuse(0.5, "<b>bold</b>"), SOFT_LAMP)), Seen(), Ledger()
+    """A render's statistics with its ledger, and its film."""
+    scene, ledger = prepare(room(make.diffuse(0.5, "<b>bold</b>"), SOFT_LAMP)), Ledger()
     settings = RenderSettings(40, 30, samples=32, threads=1, max_depth=4)
-    result = render(scene, settings, seen.on_progress, ledger=ledger)
+    result = render(scene, settings, ledger=ledger)
     stats = statistics(scene, settings, result, ledger)
-    return {**stats, "frame": 7, "scene": "Room & <Co>"}, seen, result.film
+    return {**stats, "frame": 7, "scene": "Room & <Co>"}, result.film
 
 
 def self_contained(text):
@@ -44,11 +44,9 @@ def self_contained(text):
 
 
 def test_render_page_has_it_all_and_fetches_nothing(rendered, tmp_path):
-    stats, seen, film = rendered
+    stats, film = rendered
     path = tmp_path / "page.html"
-    render_page(
-        path, stats, None, error_picture(film), seen.history, "python -m pt_engine render 'a b.blend'"
-    )
+    render_page(path, stats, None, error_picture(film), "python -m pt_engine render 'a b.blend'")
     text = path.read_text(encoding="utf-8")
     self_contained(text)
     for part in ("to halve the error", "Where the time went", "Off, and why", "Coverage", "None.", "embreex"):
@@ -64,27 +62,21 @@ def test_render_page_has_it_all_and_fetches_nothing(rendered, tmp_path):
 
 def test_halving_the_error_takes_three_times_as_long_again(rendered):
     """σ ∝ 1/√t: half of it at 4 t, of which t is done."""
-    stats, _, _ = rendered
+    stats, _ = rendered
     known = accuracy(stats)
     assert known["halving"] == pytest.approx(3 * stats["seconds"]["render"])
     assert known["low"] < known["error"] < known["high"]
     assert known["error"] == pytest.approx(math.sqrt(stats["error"]["relmse"]))
 
 
-def test_history_falls_as_one_over_root_n(rendered):
-    """From 4 to 16 samples the estimated error halves; the estimate itself is good to some per cent."""
-    (_, first), (_, _), (_, third) = rendered[1].history[:3]
-    assert third / first == pytest.approx(0.5, rel=0.2)
-
-
 def test_error_picture_is_the_standard_error_over_the_mean(rendered):
-    film = rendered[2]
+    film = rendered[1]
     expected = np.sqrt(film.variance_of_mean().mean(axis=2))[::-1] / film.image()[..., :3].mean()
     np.testing.assert_allclose(error_picture(film), expected, rtol=1e-5)
 
 
 def test_comparison_and_whatif_pages(rendered, tmp_path):
-    stats, _, _ = rendered
+    stats, _ = rendered
     interval = {"value": 1e-3, "low": 9e-4, "high": math.nan}
     points = [
         {"samples": s, "seconds": s / 9, "mse": 1 / s, "low": 0.8 / s, "high": 1.2 / s} for s in (1, 2, 4)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 
 from ...render.replay import replay
-from ...report.seen import Seen, error_picture
 from .. import registration
 from ..pages import write_page
 from ..record import Observer, write_json
@@ -22,13 +21,12 @@ def render_command(arguments) -> None:
     """Render a frame; write EXR, PNG and statistics; say how it went."""
     registration.register()
     outputs = [path for path in (arguments.output, arguments.png, arguments.stats) if path]
-    page, seen = page_for(arguments), Seen()
+    page = page_for(arguments)
     scene = open_scene(arguments)
     for path in outputs:
         check_writable(path)
     started = time.perf_counter()
-    also = {"also": seen.on_progress} if page else {}
-    with Terminal(arguments.quiet, arguments.progress, **also) as terminal:
+    with Terminal(arguments.quiet, arguments.progress) as terminal:
         record = run_engine(scene, choose_view_layer(scene, arguments.view_layer), terminal)
     if terminal.interrupted:
         raise Failure(f"interrupted after {terminal.samples} samples; nothing was written")
@@ -42,7 +40,7 @@ def render_command(arguments) -> None:
     if arguments.stats:
         write_json(arguments.stats, statistics)
     if page:
-        write_page(arguments.report, scene, statistics, error_picture(seen.film), seen.history)
+        write_page(arguments.report, scene, statistics, terminal.error_picture)
     if not arguments.quiet:
         print(closing_line(arguments.output, statistics))
 

@@ -9,6 +9,7 @@ import signal
 import sys
 from contextlib import nullcontext, redirect_stdout
 
+from ...report.error_picture import error_picture
 from ..record import Observer
 from ..words import count, duration, estimated_error, status
 
@@ -53,8 +54,8 @@ class Own(io.TextIOWrapper):
 class Terminal(Observer):
     """Follows a render on stderr, and stops it at Ctrl-C."""
 
-    def __init__(self, quiet: bool = False, bar: bool = False, also=lambda progress: None) -> None:
-        self.also = also  # who else follows
+    def __init__(self, quiet: bool = False, bar: bool = False) -> None:
+        self.error_picture = None
         self.quiet = quiet
         self.bar = (bar or sys.stderr.isatty()) and not quiet
         self.next_told = 0.0 if self.bar else FIRST_LINE
@@ -69,7 +70,6 @@ class Terminal(Observer):
         return True
 
     def on_progress(self, progress) -> None:
-        self.also(progress)
         self.samples = progress.samples
         if self.quiet or progress.elapsed < self.next_told:
             return
@@ -83,6 +83,9 @@ class Terminal(Observer):
         else:
             self.next_told = progress.elapsed * LINE_GROWTH
             print(f"{progress.fraction:4.0%}  {status(progress)}", file=sys.stderr, flush=True)
+
+    def on_film(self, film) -> None:
+        self.error_picture = error_picture(film)
 
     def should_stop(self) -> bool:
         return self.interrupted
