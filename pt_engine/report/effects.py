@@ -5,7 +5,7 @@ Each effect knows whether a scene has it, and a pure function takes it out. None
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -86,6 +86,11 @@ def each_node(graph: Graph, change: Callable[[Node], Node]) -> Graph:
     return replace(graph, nodes=tuple(change(node) for node in graph.nodes))
 
 
+def changed(node: Node, values: Mapping[str, Any]) -> Node:
+    """The node with other values at those of its sockets."""
+    return replace(node, inputs={name: values.get(name, value) for name, value in node.inputs.items()})
+
+
 def matte(node: Node) -> Node:
     """Lambert in place of glossy reflection, of the same colour."""
     if node.kind in GLOSSY:
@@ -95,7 +100,7 @@ def matte(node: Node) -> Node:
             inputs["Normal"] = node.inputs["Normal"]
         return Node("BsdfDiffuse", node.name, inputs)
     if node.kind == "BsdfPrincipled":
-        return replace(node, inputs={**node.inputs, **MATTE})
+        return changed(node, MATTE)
     return node
 
 
@@ -105,14 +110,14 @@ def clear_of_refraction(node: Node) -> Node:
         colour = node.inputs.get("Color", (0.8, 0.8, 0.8, 1.0))
         return Node("BsdfDiffuse", node.name, {"Color": colour, "Roughness": 0.0})
     if node.kind == "BsdfPrincipled":
-        return replace(node, inputs={**node.inputs, "Transmission Weight": 0.0})
+        return changed(node, {"Transmission Weight": 0.0})
     return node
 
 
 def flat(node: Node) -> Node:
     """No bump and no normal map."""
     if node.kind in ("Bump", "NormalMap"):
-        return replace(node, inputs={**node.inputs, "Strength": 0.0})
+        return changed(node, {"Strength": 0.0})
     return node
 
 
@@ -133,13 +138,13 @@ def opaque(graph: Graph) -> Graph:
 
     def change(node: Node) -> Node:
         if node.kind == "BsdfPrincipled":
-            return replace(node, inputs={**node.inputs, "Alpha": 1.0})
+            return changed(node, {"Alpha": 1.0})
         if node.kind == "BsdfTransparent":
-            return replace(node, inputs={**node.inputs, "Color": (0.0, 0.0, 0.0, 1.0)})
+            return changed(node, {"Color": (0.0, 0.0, 0.0, 1.0)})
         if node.kind == "MixShader":
             clear = [is_link_to(node.inputs.get(socket), see_through) for socket in ("Shader", "Shader_001")]
             if clear[0] != clear[1]:
-                return replace(node, inputs={**node.inputs, "Fac": 1.0 if clear[0] else 0.0})
+                return changed(node, {"Fac": 1.0 if clear[0] else 0.0})
         return node
 
     return each_node(graph, change)
@@ -163,14 +168,9 @@ def no_change(change: Callable[[Graph], Graph], why: str) -> Callable[..., str]:
     """The effect is missing where taking it out changes no material in use."""
 
     def missing(snapshot: Snapshot, scene: Scene, settings: RenderSettings) -> str:
-        return "" if any(differs(graph, change(graph)) for graph in used_graphs(snapshot)) else why
+        return "" if any(graph != change(graph) for graph in used_graphs(snapshot)) else why
 
     return missing
-
-
-def differs(before: Graph, after: Graph) -> bool:
-    """Whether a change of a graph can change what it renders: a socket set to what it was does not."""
-    return before != after
 
 
 def feature_off(*names: str) -> Callable[..., str]:

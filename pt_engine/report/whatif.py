@@ -151,6 +151,6 @@ def nothing(name: str, why: str) -> dict[str, Any]:
     }
 
 
-def worth(row: dict[str, Any]) -> tuple[bool, float, float]:
-    """The order: what gives most difference for its seconds first, what is not there last."""
-    return row["present"], row["difference_per_second"], row["difference"]
+def worth(row: dict[str, Any]) -> tuple[bool, bool, float, float]:
+    """The order: most difference for its seconds first, then what noise hides, last what is not there."""
+    return row["present"], row["beyond_noise"], row["difference_per_second"], row["difference"]
