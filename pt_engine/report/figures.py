@@ -74,13 +74,13 @@ def curves(name: str, lines: Mapping[str, Sequence[Mapping[str, float]]], along:
     return made.svg
 
 
-def plain_ticks(axis: Any) -> None:
+def plain_ticks(axis: Any, scale: float = 1, unit: str = "") -> None:
     """1, 2, 5 on a log axis of few decades, only powers of ten on a longer one; no numbers between."""
     ticker = optional("matplotlib.ticker", "matplotlib", PURPOSE)
     low, high = axis.get_view_interval()
     few = high / low < 1e3
     axis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5) if few else (1,)))
-    axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{scale * value:g}{unit}"))
     axis.set_minor_formatter(ticker.NullFormatter())
 
 
@@ -101,15 +101,9 @@ def convergence(history: Sequence[tuple[float, float]], now: tuple[float, float,
         axes.plot(later, [error, error / 2, error / 4], "--", color="#888888", label="to come: 1/√time")
         axes.set(xscale="log", yscale="log", xlabel="seconds", ylabel="relative RMS error")
         plain_ticks(axes.xaxis)
-        axes.yaxis.set_major_formatter(percent)
-        axes.yaxis.set_minor_formatter(percent)
+        plain_ticks(axes.yaxis, 100, " %")
         axes.legend()
     return made.svg
-
-
-def percent(value: float, _: object = None) -> str:
-    """A tick of an error."""
-    return f"{100 * value:g} %"
 
 
 def bars(name: str, rows: Sequence[tuple[str, float]], unit: str) -> str:

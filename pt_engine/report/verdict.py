@@ -20,10 +20,15 @@ def verdict(scene: Scene, settings: RenderSettings, reference_depth: int, found:
     return f"{why}: {found.relative:+.1%} energy, biased (z = {found.z:.1f})".replace("-", "\N{MINUS SIGN}")
 
 
+def hittable(scene: Scene) -> bool:
+    """Whether some light can be seen in a mirror: what has no size cannot, whoever looks."""
+    return any(scene.features.get(name) == ON for name in ("environment", "lamps met by rays", "mesh lights"))
+
+
 def blind_spots(scene: Scene, settings: RenderSettings, reference_depth: int) -> Iterator[str]:
     """The light paths of this scene that no sample of the estimator can be."""
     features = scene.features
-    if settings.integrator == "direct_emitter" and features.get("ideal specular") == ON:
+    if settings.integrator == "direct_emitter" and features.get("ideal specular") == ON and hittable(scene):
         yield "emitter sampling misses the mirror"
     if settings.integrator == "direct_bsdf" and features.get("Dirac lamps") == ON:
         yield "BSDF sampling cannot hit lamps without a size"
