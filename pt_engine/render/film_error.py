@@ -17,7 +17,8 @@ differ by
 whatever the distribution of the samples: what a long tail adds to e² and to v alike cancels in their
 difference. Pixels are independent of each other (each sample belongs to one, drawn from the pixel filter; Sobol
 points are shifted for each), so the variances of a sum add up. σ⁴ is v² (k − 1)/(k + 1), which is unbiased where
-v is a χ², and too large for long tails. Channels are taken as fully correlated, the worst case, and nearly
+v is a χ², and too large for long tails; or, if the sum is larger so, the square of s²/n times Σv / Σ(s²/n), which
+has less noise where v comes from two halves. Channels are taken as fully correlated, the worst case, and nearly
 true for light of one colour. The interval is taken in the logarithm, MSE · exp(± 1.96 s / MSE), since the
 estimate is positive and skewed to the right. It is wider than one for the *expected* error of such an image.
 
@@ -44,19 +45,23 @@ class _Tally:
     """Sum of v over pixels, and the variance of its difference from Σ e²."""
 
     def __init__(self) -> None:
-        self.total, self.variance, self.pixels = 0.0, 0.0, 0
+        self.total, self.pixels = 0.0, 0
+        self.own, self.shape, self.shape_total = 0.0, 0.0, 0.0
 
-    def add(self, value: Float64, parts: NDArray[np.uint32]) -> None:
-        """`value` (n,) of n pixels, each from so many independent parts."""
+    def add(self, value: Float64, shape: Float64, parts: NDArray[np.uint32]) -> None:
+        """`value` (n,) of n pixels, each from so many independent parts, and what it is in proportion to."""
         self.total += float(value.sum())
-        self.variance += float((value * value * (2.0 * parts / (parts + 1.0))).sum())
+        self.own += float((value * value * (2.0 * parts / (parts + 1.0))).sum())
+        self.shape += float((shape * shape * (2.0 * parts / np.maximum(parts - 1.0, 1.0))).sum())
+        self.shape_total += float(shape.sum())
         self.pixels += len(value)
 
     def result(self) -> tuple[float, tuple[float, float]]:
         mean = self.total / self.pixels
         if mean <= 0:
             return 0.0, (0.0, 0.0)
-        spread = float(np.exp(Z95 * np.sqrt(self.variance) / self.total))
+        variance = max(self.own, self.shape * (self.total / (self.shape_total or self.total)) ** 2)
+        spread = float(np.exp(Z95 * np.sqrt(variance) / self.total))
         return mean, (mean / spread, mean * spread)
 
 
@@ -74,8 +79,11 @@ def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
     floor = FLOOR * mean**2
     for block in blocks:
         known = block.of(np.flatnonzero(np.isfinite(block.variance[0])))
-        absolute.add(known.variance.mean(axis=0), known.parts)
-        relative.add(relative_to(known.level, known.variance, floor).mean(axis=0), known.parts)
+        weight = weights(known.level, floor)
+        absolute.add(known.variance.mean(axis=0), known.spread, known.parts)
+        relative.add(
+            (known.variance * weight).mean(axis=0), known.spread * weight.mean(axis=0), known.parts
+        )
     if not absolute.pixels:
         return {key: None for name in NAMES for key in (name, f"{name}_ci95")}
     (mse, mse_ci95), (relmse, relmse_ci95) = absolute.result(), relative.result()
@@ -90,7 +98,7 @@ def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
     }
 
 
-def relative_to(level: Float64, variance: Float64, floor: float) -> Float64:
-    """v / (R² + floor); 0 where both are."""
+def weights(level: Float64, floor: float) -> Float64:
+    """1 / (R² + floor), what squared errors are multiplied with; 1 where all is black."""
     scale = level**2 + floor
-    return variance / (scale + (scale == 0))
+    return 1.0 / (scale + (scale == 0))

@@ -43,6 +43,9 @@ class Moments(NamedTuple):
     samples : (n,) uint32
     parts : (n,) uint32
         Independent values behind each variance: the samples, or 2 halves.
+    spread : (n,) float64
+        s²/n, mean over channels: what the variance of independent samples would be. Less noisy than
+        `variance` where that comes from halves.
     level : (3, n) float64
         The radiance that errors are relative to: the mean, or where neighbours were asked, less noisy.
     """
@@ -51,6 +54,7 @@ class Moments(NamedTuple):
     variance: Float64
     samples: UInt32
     parts: UInt32
+    spread: Float64
     level: Float64
 
     def of(self, pixels: NDArray[np.intp]) -> Moments:
@@ -61,11 +65,12 @@ class Moments(NamedTuple):
 def moments_of(sums: Sums) -> Moments:
     """Means, and variances as the samples allow."""
     mean = sums.total / np.maximum(sums.count, 1)
-    if sums.correlated:
-        return Moments(mean, half_variance(sums), sums.count, np.full_like(sums.count, 2), mean)
     variance = sample_variance(sums, mean)
+    spread = variance.sum(axis=0) / 3
+    if sums.correlated:
+        return Moments(mean, half_variance(sums), sums.count, np.full_like(sums.count, 2), spread, mean)
     variance[:, sums.count < 2] = np.nan
-    return Moments(mean, variance, sums.count, sums.count, mean)
+    return Moments(mean, variance, sums.count, sums.count, spread, mean)
 
 
 def sample_variance(sums: Sums, mean: Float64) -> Float64:
