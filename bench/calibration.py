@@ -1,7 +1,9 @@
 """Are the errors that a render tells true? `python -m bench.calibration` writes docs/calibration.md.
 
-Six small scenes, many seeds, against converged references. Each part's result lies in out/bench/calibration as
-JSON and is not measured again while it is there.
+`python -m bench.calibration page` writes it from what has been measured so far.
+
+Six small scenes, many seeds; the truth is the mean of all the other seeds' renders. Each part's result lies
+in out/bench/calibration and is not measured again while it is there.
 """
 
 from __future__ import annotations
@@ -9,8 +11,8 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Iterator
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -29,7 +31,7 @@ from support import rooms
 from support import scenes as make
 
 FOLDER = machine.ROOT / "out" / "bench" / "calibration"
-SIZE, SAMPLES, SEEDS = 24, 64, 100
+SIZE, SAMPLES, SEEDS, FEW, DEPTH = 32, 64, 100, 16, 4
 STEADY = 0.5  # largest relative spread of a pixel's stated variance over the seeds: its samples are not few
 SAMPLERS = ("sobol", "independent")
 SKY = make.world((0.3, 0.4, 0.6))
@@ -43,74 +45,92 @@ SNAPSHOTS = {
     "mirror, sun, sky": lambda: rooms.room(rooms.MIRROR, SUN, SKY),
     "matte, bulb": lambda: rooms.room(make.diffuse(0.8), BULB),
 }
+SHORT = {
+    "uniform": {"samples": 8},
+    "target error": {"samples": 64, "target_error": 0.25, "min_samples": 4},
+    "pixels": {"samples": 64, "target_error": 0.4, "target_percentile": 90.0, "min_samples": 4},
+    "adaptive": {"samples": 64, "adaptive": True, "min_samples": 4},
+}  # fmt: skip
+SHORT_SCENE, SHORT_SIZE, SHORT_SEEDS = "rough glass, shining square", 8, 1000
 
 
-class Place:
-    """A scene, its reference and what is known of it."""
-
-    def __init__(self, name: str) -> None:
-        self.name = name
-        self.scene: Scene = prepare(SNAPSHOTS[name]())
-        self.reference = self.image(self.render(samples=4096, seed=10**6))
-        self.floor = 0.01 * self.reference.mean() ** 2
-
-    def render(self, **how: Any) -> RenderResult:
-        """A render of it, on one thread."""
-        return render(self.scene, RenderSettings(SIZE, SIZE, threads=1, **how))
-
-    @staticmethod
-    def image(result: RenderResult) -> np.ndarray:
-        """(height, width, 3) float64."""
-        return result.image()[..., :3].astype(np.float64)
-
-    def errors(self, image: np.ndarray) -> tuple[float, float]:
-        """True MSE and relMSE."""
-        squared = (image - self.reference) ** 2
-        return float(squared.mean()), float((squared / (self.reference**2 + self.floor)).mean())
+@cache
+def prepared(name: str) -> Scene:
+    """One of the scenes."""
+    return prepare(SNAPSHOTS[name]())
 
 
-def coverage(place: Place, sampler: str) -> dict[str, Any]:
+def rendered(name: str, size: int = SIZE, **how: Any) -> RenderResult:
+    """A render of it, on one thread."""
+    return render(prepared(name), RenderSettings(size, size, threads=1, max_depth=DEPTH, **how))
+
+
+def picture(result: RenderResult) -> np.ndarray:
+    """(height, width, 3) float64."""
+    return result.image()[..., :3].astype(np.float64)
+
+
+def seeds(name: str, sampler: str) -> dict[str, np.ndarray]:
+    """What every seed's render is and says: images, standard errors, errors with their intervals."""
+    path = FOLDER / f"{name}, {sampler}.npz"
+    if not path.exists():
+        rows: dict[str, list[Any]] = {"image": [], "standard_error": [], "stated": []}
+        for seed in range(SEEDS):
+            result = rendered(name, samples=SAMPLES, seed=seed, sampler=sampler)
+            error = result.film.error()
+            rows["image"].append(picture(result))
+            rows["standard_error"].append(result.film.standard_error())
+            rows["stated"].append([(error[k], *error[f"{k}_ci95"]) for k in ("mse", "relmse")])
+        FOLDER.mkdir(parents=True, exist_ok=True)
+        np.savez(path, **{k: np.array(v) for k, v in rows.items()})
+    with np.load(path) as found:
+        return dict(found)
+
+
+def truth(name: str) -> np.ndarray:
+    """The mean of all that was rendered for `coverage` with Sobol points."""
+    mean: np.ndarray = seeds(name, SAMPLERS[0])["image"].mean(axis=0)
+    return mean
+
+
+def errors(image: np.ndarray, reference: np.ndarray) -> tuple[float, float]:
+    """True MSE and relMSE."""
+    squared = (image - reference) ** 2
+    floor = 0.01 * reference.mean() ** 2
+    return float(squared.mean()), float((squared / (reference**2 + floor)).mean())
+
+
+def coverage(name: str, sampler: str) -> dict[str, Any]:
     """Intervals that hold the truth, and each pixel's z."""
-    inside, stated, true, spread, z = [], [], [], [], []
-    for seed in range(SEEDS):
-        result = place.render(samples=SAMPLES, seed=seed, sampler=sampler)
-        error, image = result.film.error(), place.image(result)
-        pair = place.errors(image)
-        inside.append(
-            [low <= e <= high for (low, high), e in zip(_intervals(error), pair, strict=True)]
-        )
-        stated.append([error["mse"], error["relmse"]])
-        true.append(pair)
-        standard_error = result.film.standard_error().astype(np.float64)
-        spread.append(standard_error**2)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            z.append((image - place.reference) / standard_error)
-    variance = np.array(spread)
+    found = seeds(name, sampler)
+    images, stated = found["image"], found["stated"]
+    # the mean of n − 1 others is off by 1/(n − 1) of the variance itself
+    others = (images.sum(axis=0) - images) / (SEEDS - 1)
+    shrink = np.sqrt((SEEDS - 1) / SEEDS)
+    true = np.array([errors(o + shrink * (image - o), o) for image, o in zip(images, others, strict=True)])
+    inside = (stated[..., 1] <= true) & (true <= stated[..., 2])
+    variance = found["standard_error"].astype(np.float64) ** 2
     steady = variance.std(axis=0) < STEADY * variance.mean(axis=0)
-    scores = np.array(z)[:, steady]
+    z = (shrink * (images - others))[:, steady] / np.sqrt(variance[:, steady])
     return {
-        "inside": np.mean(inside, axis=0).tolist(),
-        "stated": np.mean(stated, axis=0).tolist(),
-        "true": np.mean(true, axis=0).tolist(),
+        "inside": inside.mean(axis=0).tolist(),
+        "ratio": (stated[..., 0].mean(axis=0) / true.mean(axis=0)).tolist(),
+        "relative": float(np.sqrt(true[:, 1].mean())),
         "steady": float(steady.mean()),
-        "z": float(scores[np.isfinite(scores)].std()) if steady.any() else None,
+        "z": float(z.std()) if steady.any() else None,
     }
 
 
-def _intervals(error: Any) -> list[tuple[float, float]]:
-    return [error["mse_ci95"], error["relmse_ci95"]]
-
-
-def targets(place: Place, sampler: str) -> dict[str, Any]:
-    """Renders that stop at an error: where they land, what they say of themselves, what they foretold."""
-    target = float(np.sqrt(np.mean([place.errors(_mean_of(place, sampler, k))[1] for k in range(20)])))
+def targets(name: str) -> dict[str, Any]:
+    """Renders that stop at the error of 64 samples: where they land, what they say, what they foretold."""
+    reference = truth(name)
+    target = float(np.sqrt(np.mean([errors(im, reference)[1] for im in seeds(name, "sobol")["image"]])))
     landed, told, foretold = [], [], []
-    for seed in range(1000, 1000 + SEEDS // 4):
-        result = place.render(samples=16 * SAMPLES, seed=seed, sampler=sampler, target_error=target)
-        landed.append(place.errors(place.image(result))[1])
+    for seed in range(1000, 1000 + FEW):
+        result = rendered(name, samples=16 * SAMPLES, seed=seed, target_error=target)
+        landed.append(errors(picture(result), reference)[1])
         told.append(result.error()["relmse"])
-        early = result.progress.forecast.early
-        if early is not None:
+        if (early := result.progress.forecast.early) is not None:
             foretold.append(early.samples / result.progress.samples)
     return {
         "target": target,
@@ -121,102 +141,78 @@ def targets(place: Place, sampler: str) -> dict[str, Any]:
     }
 
 
-def _mean_of(place: Place, sampler: str, seed: int) -> np.ndarray:
-    return place.image(place.render(samples=SAMPLES, seed=2000 + seed, sampler=sampler))
-
-
-def adaptive(place: Place, sampler: str) -> dict[str, Any]:
+def adaptive(name: str) -> dict[str, Any]:
     """Efficiency 1 / (error × samples) of adaptive against uniform sampling."""
+    reference = truth(name)
     uniform, chosen = [], []
-    for seed in range(3000, 3000 + SEEDS // 4):
-        how = {"seed": seed, "sampler": sampler}
-        result = place.render(samples=2 * SAMPLES, adaptive=True, **how)
+    for seed in range(3000, 3000 + FEW):
+        result = rendered(name, samples=2 * SAMPLES, adaptive=True, seed=seed)
         spent = result.progress.camera_samples / SIZE**2
-        chosen.append((*place.errors(place.image(result)), spent))
-        same = place.render(samples=round(spent), **how)
-        uniform.append((*place.errors(place.image(same)), round(spent)))
+        chosen.append((*errors(picture(result), reference), spent))
+        same = rendered(name, samples=round(spent), seed=seed)
+        uniform.append((*errors(picture(same), reference), round(spent)))
     ours, theirs = np.mean(chosen, axis=0), np.mean(uniform, axis=0)
-    return {
-        "samples": ours[2],
-        "gain": [theirs[k] * theirs[2] / (ours[k] * ours[2]) for k in range(2)],
-    }
+    gain = [theirs[k] * theirs[2] / (ours[k] * ours[2]) for k in range(2)]
+    return {"samples": float(ours[2]), "gain": gain}
 
 
-SHORT = {
-    "uniform": {"samples": 8},
-    "target error": {"samples": 64, "target_error": 0.25, "min_samples": 4},
-    "target of pixels": {"samples": 64, "target_error": 0.4, "target_percentile": 90.0, "min_samples": 4},
-    "adaptive": {"samples": 64, "adaptive": True, "min_samples": 4},
-}
-SHORT_SIZE, SHORT_SEEDS = 8, 1000
-
-
-def bias(place: Place, kind: str) -> dict[str, Any]:
+def bias(kind: str) -> dict[str, Any]:
     """Mean of 1,000 short renders against many samples: its z, of the whole and the worst of 16 parts."""
-    frame = {"width": SHORT_SIZE, "height": SHORT_SIZE, "threads": 1}
-    truth = render(place.scene, RenderSettings(**frame, samples=1 << 16, seed=10**6)).image()[..., :3]
+    many = rendered(SHORT_SCENE, SHORT_SIZE, samples=1 << 15, seed=10**6)
+    expected = picture(many).reshape(4, 2, 4, 2, 3).mean(axis=(1, 3, 4)).reshape(-1)
     images = np.array(
-        [
-            render(place.scene, RenderSettings(**frame, seed=seed, **SHORT[kind])).image()[..., :3]
-            for seed in range(SHORT_SEEDS)
-        ],
-        np.float64,
+        [picture(rendered(SHORT_SCENE, SHORT_SIZE, seed=k, **SHORT[kind])) for k in range(SHORT_SEEDS)]
     )
-    whole = images.mean(axis=(1, 2, 3))
     parts = images.reshape(SHORT_SEEDS, 4, 2, 4, 2, 3).mean(axis=(2, 4, 5)).reshape(SHORT_SEEDS, -1)
-    expected = truth.astype(np.float64).reshape(4, 2, 4, 2, 3).mean(axis=(1, 3, 4)).reshape(-1)
     z = (parts.mean(axis=0) - expected) / (parts.std(axis=0, ddof=1) / np.sqrt(SHORT_SEEDS))
-    error = whole.std(ddof=1) / np.sqrt(SHORT_SEEDS)
+    whole = parts.mean(axis=1)
+    error = float(whole.std(ddof=1) / np.sqrt(SHORT_SEEDS))
+    difference = float(whole.mean() - expected.mean())
     return {
-        "difference": float((whole.mean() - expected.mean()) / expected.mean()),
-        "uncertainty": float(error / expected.mean()),
-        "z": float((whole.mean() - expected.mean()) / error),
+        "difference": difference / expected.mean(),
+        "uncertainty": error / expected.mean(),
+        "z": difference / error,
         "worst": float(np.abs(z).max()),
     }
 
 
-def kept(name: str, measure: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """The part's result, from its file or measured now."""
-    path = FOLDER / f"{name}.json"
-    if not path.exists():
-        started = time.process_time()
-        result = measure()
-        result["cpu_seconds"] = time.process_time() - started
-        FOLDER.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(result), encoding="utf-8")
-        sys.stderr.write(f"{name}: {result}\n")
-    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+def parts() -> Iterator[tuple[str, Callable[[], dict[str, Any]]]]:
+    """Name and measurement of each part, the most telling first."""
+    for sampler in SAMPLERS:
+        for name in SNAPSHOTS:
+            yield f"coverage, {name}, {sampler}", lambda n=name, s=sampler: coverage(n, s)
+        if sampler == SAMPLERS[0]:
+            for kind in SHORT:
+                yield f"bias, {kind}", lambda k=kind: bias(k)
+            for part, measure in (("targets", targets), ("adaptive", adaptive)):
+                for name in SNAPSHOTS:
+                    yield f"{part}, {name}", lambda m=measure, n=name: m(n)
+
+
+def results(measure_missing: bool) -> dict[str, dict[str, Any]]:
+    """What there is of every part, the rest measured now if wanted."""
+    found = {}
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    for key, measure in parts():
+        path = FOLDER / f"{key}.json"
+        if measure_missing and not path.exists():
+            started = time.process_time()
+            result = measure()
+            result["cpu_seconds"] = time.process_time() - started
+            path.write_text(json.dumps(result), encoding="utf-8")
+            sys.stderr.write(f"{key}: {result}\n")
+        if path.exists():
+            found[key] = json.loads(path.read_text(encoding="utf-8"))
     return found
 
 
-PARTS = {"coverage": coverage, "targets": targets, "adaptive": adaptive}
-SHORT_PLACES = ("rough glass, shining square",)
+def main(what: str = "all") -> None:
+    """Measure what is missing (not for `page`) and write the page."""
+    from .calibration_page import page
 
-
-def main(chosen: list[str]) -> None:
-    """Measure what is not there yet, and write the page."""
-    results: dict[str, Any] = {}
-    places: dict[str, Place] = {}
-
-    def place(name: str) -> Place:
-        if name not in places:
-            places[name] = Place(name)
-        return places[name]
-
-    for part, measure in PARTS.items():
-        for name in SNAPSHOTS if not chosen or part in chosen else ():
-            for sampler in SAMPLERS if part == "coverage" else SAMPLERS[:1]:
-                key = f"{part}, {name}, {sampler}"
-                results[key] = kept(key, lambda m=measure, n=name, s=sampler: m(place(n), s))
-    for name in SHORT_PLACES if not chosen or "bias" in chosen else ():
-        for kind in SHORT:
-            key = f"bias, {name}, {kind}"
-            results[key] = kept(key, lambda n=name, k=kind: bias(place(n), k))
-    if not chosen:
-        from .calibration_page import page
-
-        Path(machine.ROOT / "docs" / "calibration.md").write_text(page(results), encoding="utf-8")
+    found = results(measure_missing=what != "page")
+    (machine.ROOT / "docs" / "calibration.md").write_text(page(found), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main(*sys.argv[1:])

@@ -31,6 +31,11 @@ class Sums(NamedTuple):
     b: Float64 | None = None
     count_b: UInt32 | None = None
 
+    def half(self, number: int) -> tuple[UInt32, Float64]:
+        """Samples (n,) and their sums (3, n) of half 0 (A) or 1 (B)."""
+        assert self.a is not None and self.b is not None and self.count_b is not None  # noqa: PT018
+        return (self.count - self.count_b, self.a) if number == 0 else (self.count_b, self.b)
+
 
 class Moments(NamedTuple):
     """Of n pixels.
@@ -87,10 +92,9 @@ def sample_variance(sums: Sums, mean: Float64) -> Float64:
 
 def half_variance(sums: Sums) -> Float64:
     """(Ā − B̄)² n_A n_B / n²: (3, n), NaN where a half is empty."""
-    assert sums.a is not None and sums.b is not None and sums.count_b is not None  # noqa: PT018
-    n_b = sums.count_b.astype(np.float64)
-    n_a = sums.count - n_b
-    difference = sums.a / np.maximum(n_a, 1) - sums.b / np.maximum(n_b, 1)
+    (count_a, a), (count_b, b) = sums.half(0), sums.half(1)
+    n_a, n_b = count_a.astype(np.float64), count_b.astype(np.float64)
+    difference: Float64 = a / np.maximum(n_a, 1) - b / np.maximum(n_b, 1)
     n = np.maximum(sums.count, 1)
     difference *= difference
     difference *= n_a * n_b / (n * n.astype(np.float64))

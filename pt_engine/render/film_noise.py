@@ -70,10 +70,10 @@ def drawn_half(first: int, count: int) -> NDArray[np.uint32]:
 
 
 def level(moments: Moments, width: int) -> Float64:
-    """Radiance of whole rows of pixels; brighter ones drawn to the 8 around as far as it may be noise: (3, n).
+    """Radiance of whole rows of pixels, bright ones drawn to the 8 around as far as it may be noise: (3, n).
 
-    Such a pixel keeps the share 1 − 6 u / (difference)² of its difference from them, both of the channels' sum:
-    an edge stays, a single bright sample (whose difference is about √u) goes.
+    A brighter one keeps the share 1 − 6 u / (difference)² of its difference from them, both of the sum of
+    channels: an edge stays, a single bright sample (whose difference is about √u) goes.
     """
     own = moments.mean.reshape(3, -1, width)
     neighbours = np.stack([around(channel, 1) for channel in own]) - own

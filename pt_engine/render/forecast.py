@@ -40,8 +40,8 @@ class Look(NamedTuple):
 class Prediction(NamedTuple):
     """Of the seconds, from the start, and the samples at which the relative error will be `target`.
 
-    `seconds_ci95` holds with a chance of 95 %. `from_samples` says how early it was made; `error_at_end`, where
-    samples or time are limited, the relative error then.
+    `seconds_ci95` holds with a chance of 95 %. `from_samples` says how early it was made; `error_at_end`,
+    where samples or time are limited, the relative error then.
     """
 
     target: float

@@ -38,7 +38,7 @@ RULES = {
 @pytest.mark.parametrize("name", RULES)
 @pytest.mark.parametrize("sampler", ["sobol", "independent"])
 def test_decisions_do_not_depend_on_threads_or_tiles(name, sampler):
-    """Which samples are taken follows from the film: the same bits from one large unit and many small ones."""
+    """Which samples are taken follows from the film: the same bits from one large unit and many small."""
     how = {"samples": 256, "sampler": sampler, **RULES[name]}
     alone = rendered(**how)
     other = rendered(threads=2, lanes=997, **how)
@@ -84,7 +84,7 @@ def test_halves_of_the_pixels_share_none():
 
 
 def test_adaptive_films_are_parts_of_uniform_ones():
-    """Each pixel has the first so many samples; films of disjoint ranges merge, whatever was decided in each."""
+    """Each pixel has the first so many samples; films of disjoint ranges merge, whatever each decided."""
     first = rendered(samples=48, adaptive=True)
     counts = first.film.counts()
     assert counts.min() < counts.max() <= 48
@@ -134,7 +134,7 @@ def test_the_exponent_is_learnt_as_far_as_the_noise_allows(slope, noise):
 
 
 def test_what_a_tenth_of_a_render_foretells():
-    """Independent samples of a noisy image: relMSE falls as 1/n, so the samples to a target are foretold to 30 %."""
+    """Independent samples: relMSE falls as 1/n, so the samples to a target are foretold to 30 %."""
     result = rendered(24, samples=0, target_error=0.07, sampler="independent")
     early = result.progress.forecast.early
     assert early is not None
