@@ -205,8 +205,8 @@ class PTEngineLayerSettings(bpy.types.PropertyGroup):
     )
     use_pass_halves: BoolProperty(
         name="Half Buffers",
-        description="The image from even samples (Half A) and from odd ones (Half B): two independent renders, "
-        "as denoisers and comparisons want them",
+        description="The image from even samples (Half A) and from odd ones (Half B): two independent "
+        "renders, as denoisers and comparisons want them",
         default=False,
     )
 

@@ -45,7 +45,8 @@ def status(progress) -> str:
 def prediction(found) -> str:
     """`reaches 1 % in 3:10 (2:50 to 3:40)`: from the render's start."""
     low, high = found.seconds_ci95
-    return f"reaches {found.target * 100:.3g} % in {duration(found.seconds)} ({duration(low)} to {duration(high)})"
+    when = f"{duration(found.seconds)} ({duration(low)} to {duration(high)})"
+    return f"reaches {found.target * 100:.3g} % in {when}"
 
 
 def estimated_error(error: dict) -> str:

@@ -123,9 +123,9 @@ class Sobol(Sampler):
     pixel by itself has just the distribution, and the variance, of full Owen scrambling. Given the
     scramble, pixels are shifted independently and each shift is uniform, so their errors stay uncorrelated.
 
-    Sample s is point s // 2 of sequence s mod 2. The two have scrambles and shifts of their own, so the means of
-    even and of odd samples are independent (given the scrambles, too), and ¼ (A − B)² is an unbiased estimate
-    of the squared error of their mean: a single sequence cannot tell its own error.
+    Sample s is point s // 2 of sequence s mod 2. The two have scrambles and shifts of their own, so the means
+    of even and of odd samples are independent (given the scrambles, too), and ¼ (A − B)² is an unbiased
+    estimate of the squared error of their mean: a single sequence cannot tell its own error.
     What the second sequence costs is measured in docs/calibration.md.
 
     Measured, variance of independent numbers / variance, 16, 64, 256, 1024 samples in a pixel:

@@ -1,15 +1,15 @@
 """When a render is good enough, and which pixels still need samples.
 
-The target error: pixels are dealt to two random halves. One decides, the other tells the error of the finished
-image. Pixels are independent, so a half that was lucky enough to stop early says nothing about the other:
-what is reported has no optimism from having stopped there.
+The target error: pixels are dealt to two random halves. One decides, the other tells the error of the
+finished image. Pixels are independent, so a half that was lucky enough to stop early says nothing about the
+other: what is reported has no optimism from having stopped there.
 
-Adaptive sampling: the samples that minimise relMSE for their sum are in proportion to √(w σ²), a pixel's noise
-per sample relative to its level (a Lagrange multiplier makes the gains w σ²/n² equal). A pixel's own samples
-take no part in the decision about it, only those of the pixels around: so its mean stays unbiased.
+Adaptive sampling: the samples that minimise relMSE for their sum are in proportion to √(w σ²), a pixel's
+noise per sample relative to its level (a Lagrange multiplier makes the gains w σ²/n² equal). A pixel's own
+samples take no part in the decision about it, only those of the pixels around: so its mean stays unbiased.
 
-Decisions are made at numbers of samples that follow from the film alone, when all samples before are in it: they
-do not depend on threads or tiles.
+Decisions are made at numbers of samples that follow from the film alone, when all samples before are in it:
+they do not depend on threads or tiles.
 """
 
 from __future__ import annotations

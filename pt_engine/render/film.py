@@ -280,8 +280,8 @@ class Film:
         image = np.empty((self.pixels, 3), np.float32)
         for part in self._blocks():
             sums = self.sums(part)
-            count = (sums.count - sums.count_b, sums.count_b)[number]
-            image[part] = ((sums.a, sums.b)[number] / np.maximum(count, 1)).T
+            count, total = sums.half(number)
+            image[part] = (total / np.maximum(count, 1)).T
         return image.reshape(self.height, self.width, 3)
 
     def mean(self) -> float:

@@ -6,8 +6,8 @@ image and m its mean,
     MSE = mean of v            relMSE = mean of v / (R² + 0.01 m²)            over pixels and channels
 
 which for an unbiased estimator of light are the expected squared errors against the converged image, and
-RMSE = √MSE. A pixel that a rare bright sample has hit is bright *because* it is wrong; so R is less trusted, the
-noisier it is against its neighbours (`film_noise.level`).
+RMSE = √MSE. A pixel that a rare bright sample has hit is bright *because* it is wrong; so R is trusted less
+where it is brighter than its neighbours by what may be noise (`film_noise.level`).
 
 The interval holds the error of *this very* image. Its squared error e² in a pixel and the estimate v
 differ by
@@ -15,11 +15,13 @@ differ by
     Var(e² − v) = 2 σ⁴ k / (k − 1)        σ² = E v, k the independent values behind v
 
 whatever the distribution of the samples: what a long tail adds to e² and to v alike cancels in their
-difference. Pixels are independent of each other (each sample belongs to one, drawn from the pixel filter; Sobol
-points are shifted for each), so the variances of a sum add up. σ⁴ is v² (k − 1)/(k + 1), which is unbiased where
-v is a χ², and too large for long tails. Channels are taken as fully correlated, the worst case, and nearly
-true for light of one colour. The interval is taken in the logarithm, MSE · exp(± 1.96 s / MSE), since the
-estimate is positive and skewed to the right. It is wider than one for the *expected* error of such an image.
+difference. Pixels are independent of each other (each sample belongs to one, drawn from the pixel filter;
+Sobol points are shifted for each), so the variances of a sum add up. σ⁴ is v² (k − 1)/(k + 1), which is
+unbiased where v is a χ², and too large for long tails; or, if the sum is larger so, the square of s²/n times
+Σv / Σ(s²/n), which has less noise where v comes from two halves. Channels are taken as fully correlated, the
+worst case, and nearly true for light of one colour. The interval is taken in the logarithm, since the
+estimate is positive and skewed to the right: MSE · exp(± 1.96 s / MSE). It is wider than one for the
+*expected* error of such an image.
 
 What it cannot know: light that no sample has found yet (a caustic that has not sparkled).
 """
@@ -44,19 +46,23 @@ class _Tally:
     """Sum of v over pixels, and the variance of its difference from Σ e²."""
 
     def __init__(self) -> None:
-        self.total, self.variance, self.pixels = 0.0, 0.0, 0
+        self.total, self.pixels = 0.0, 0
+        self.own, self.shape, self.shape_total = 0.0, 0.0, 0.0
 
-    def add(self, value: Float64, parts: NDArray[np.uint32]) -> None:
-        """`value` (n,) of n pixels, each from so many independent parts."""
+    def add(self, value: Float64, shape: Float64, parts: NDArray[np.uint32]) -> None:
+        """`value` (n,) of n pixels, each from so many independent parts, and what it is in proportion to."""
         self.total += float(value.sum())
-        self.variance += float((value * value * (2.0 * parts / (parts + 1.0))).sum())
+        self.own += float((value * value * (2.0 * parts / (parts + 1.0))).sum())
+        self.shape += float((shape * shape * (2.0 * parts / np.maximum(parts - 1.0, 1.0))).sum())
+        self.shape_total += float(shape.sum())
         self.pixels += len(value)
 
     def result(self) -> tuple[float, tuple[float, float]]:
         mean = self.total / self.pixels
         if mean <= 0:
             return 0.0, (0.0, 0.0)
-        spread = float(np.exp(Z95 * np.sqrt(self.variance) / self.total))
+        variance = max(self.own, self.shape * (self.total / (self.shape_total or self.total)) ** 2)
+        spread = float(np.exp(Z95 * np.sqrt(variance) / self.total))
         return mean, (mean / spread, mean * spread)
 
 
@@ -74,8 +80,9 @@ def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
     floor = FLOOR * mean**2
     for block in blocks:
         known = block.of(np.flatnonzero(np.isfinite(block.variance[0])))
-        absolute.add(known.variance.mean(axis=0), known.parts)
-        relative.add(relative_to(known.level, known.variance, floor).mean(axis=0), known.parts)
+        weight = weights(known.level, floor)
+        absolute.add(known.variance.mean(axis=0), known.spread, known.parts)
+        relative.add((known.variance * weight).mean(axis=0), known.spread * weight.mean(axis=0), known.parts)
     if not absolute.pixels:
         return {key: None for name in NAMES for key in (name, f"{name}_ci95")}
     (mse, mse_ci95), (relmse, relmse_ci95) = absolute.result(), relative.result()
@@ -90,7 +97,8 @@ def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
     }
 
 
-def relative_to(level: Float64, variance: Float64, floor: float) -> Float64:
-    """v / (R² + floor); 0 where both are."""
+def weights(level: Float64, floor: float) -> Float64:
+    """1 / (R² + floor), what squared errors are multiplied with; 1 where all is black."""
     scale = level**2 + floor
-    return variance / (scale + (scale == 0))
+    result: Float64 = 1.0 / (scale + (scale == 0))
+    return result

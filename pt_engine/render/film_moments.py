@@ -31,6 +31,11 @@ class Sums(NamedTuple):
     b: Float64 | None = None
     count_b: UInt32 | None = None
 
+    def half(self, number: int) -> tuple[UInt32, Float64]:
+        """Samples (n,) and their sums (3, n) of half 0 (A) or 1 (B)."""
+        assert self.a is not None and self.b is not None and self.count_b is not None  # noqa: PT018
+        return (self.count - self.count_b, self.a) if number == 0 else (self.count_b, self.b)
+
 
 class Moments(NamedTuple):
     """Of n pixels.
@@ -43,6 +48,9 @@ class Moments(NamedTuple):
     samples : (n,) uint32
     parts : (n,) uint32
         Independent values behind each variance: the samples, or 2 halves.
+    spread : (n,) float64
+        s²/n, mean over channels: what the variance of independent samples would be. Less noisy than
+        `variance` where that comes from halves.
     level : (3, n) float64
         The radiance that errors are relative to: the mean, or where neighbours were asked, less noisy.
     """
@@ -51,6 +59,7 @@ class Moments(NamedTuple):
     variance: Float64
     samples: UInt32
     parts: UInt32
+    spread: Float64
     level: Float64
 
     def of(self, pixels: NDArray[np.intp]) -> Moments:
@@ -61,11 +70,12 @@ class Moments(NamedTuple):
 def moments_of(sums: Sums) -> Moments:
     """Means, and variances as the samples allow."""
     mean = sums.total / np.maximum(sums.count, 1)
-    if sums.correlated:
-        return Moments(mean, half_variance(sums), sums.count, np.full_like(sums.count, 2), mean)
     variance = sample_variance(sums, mean)
+    spread = variance.sum(axis=0) / 3
+    if sums.correlated:
+        return Moments(mean, half_variance(sums), sums.count, np.full_like(sums.count, 2), spread, mean)
     variance[:, sums.count < 2] = np.nan
-    return Moments(mean, variance, sums.count, sums.count, mean)
+    return Moments(mean, variance, sums.count, sums.count, spread, mean)
 
 
 def sample_variance(sums: Sums, mean: Float64) -> Float64:
@@ -82,10 +92,9 @@ def sample_variance(sums: Sums, mean: Float64) -> Float64:
 
 def half_variance(sums: Sums) -> Float64:
     """(Ā − B̄)² n_A n_B / n²: (3, n), NaN where a half is empty."""
-    assert sums.a is not None and sums.b is not None and sums.count_b is not None  # noqa: PT018
-    n_b = sums.count_b.astype(np.float64)
-    n_a = sums.count - n_b
-    difference = sums.a / np.maximum(n_a, 1) - sums.b / np.maximum(n_b, 1)
+    (count_a, a), (count_b, b) = sums.half(0), sums.half(1)
+    n_a, n_b = count_a.astype(np.float64), count_b.astype(np.float64)
+    difference: Float64 = a / np.maximum(n_a, 1) - b / np.maximum(n_b, 1)
     n = np.maximum(sums.count, 1)
     difference *= difference
     difference *= n_a * n_b / (n * n.astype(np.float64))

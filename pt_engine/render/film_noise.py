@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.hashing import lowbias32
-from .film_error import FLOOR, relative_to
-from .film_moments import Moments, Sums, half_variance, moments_of, sample_variance
+from .film_error import FLOOR, weights
+from .film_moments import Moments, moments_of
 
 if TYPE_CHECKING:
     from .film import Film
@@ -46,7 +46,7 @@ def moments_by_band(film: Film, half: int | None = None) -> Iterator[Moments]:
         first, last = max(0, y0 - 1), min(film.height, y1 + 1)
         sums = film.sums(slice(first * film.width, last * film.width))
         moments = moments_of(sums)
-        moments = moments._replace(level=level(sums, moments.mean, film.width))
+        moments = moments._replace(level=level(moments, film.width))
         inside = np.arange((y0 - first) * film.width, (y1 - first) * film.width)
         if half is not None:
             inside = inside[drawn_half(y0 * film.width, inside.size) == half]
@@ -59,7 +59,8 @@ def relative_variance(film: Film) -> Float64:
     result = np.empty((film.height, film.width))
     for (y0, y1), moments in zip(bands(film), moments_by_band(film), strict=True):
         variance = np.moveaxis(pixel_variance(film, y0, y1), -1, 0).reshape(3, -1)
-        result[y0:y1] = relative_to(moments.level, variance, floor).mean(axis=0).reshape(y1 - y0, -1)
+        relative = (variance * weights(moments.level, floor)).mean(axis=0)
+        result[y0:y1] = relative.reshape(y1 - y0, film.width)
     return result
 
 
@@ -68,19 +69,20 @@ def drawn_half(first: int, count: int) -> NDArray[np.uint32]:
     return lowbias32(np.arange(first, first + count, dtype=np.uint32)) & np.uint32(1)
 
 
-def level(sums: Sums, mean: Float64, width: int) -> Float64:
-    """Radiance of whole rows of pixels, drawn to that of the 8 around as far as it is noise: (3, n).
+def level(moments: Moments, width: int) -> Float64:
+    """Radiance of whole rows of pixels, bright ones drawn to the 8 around as far as it may be noise: (3, n).
 
-    A pixel keeps the share 1 − 6 u / (difference)² of its difference from them, both of the channels' sum:
-    an edge stays, a single bright sample (whose difference is about √u) goes.
+    A brighter one keeps the share 1 − 6 u / (difference)² of its difference from them, both of the sum of
+    channels: an edge stays, a single bright sample (whose difference is about √u) goes.
     """
-    own = mean.reshape(3, -1, width)
+    own = moments.mean.reshape(3, -1, width)
     neighbours = np.stack([around(channel, 1) for channel in own]) - own
     neighbours /= np.maximum(around(np.ones(own.shape[1:]), 1) - 1, 1)
     difference = own - neighbours
-    contrast = (difference[0] + difference[1] + difference[2]) ** 2
-    noise = TRUST * sample_variance(sums, mean).sum(axis=0).reshape(contrast.shape)
-    difference *= np.maximum(1 - noise / np.maximum(contrast, np.finfo(float).tiny), 0.0)
+    brighter = difference[0] + difference[1] + difference[2]
+    noise = 3 * TRUST * moments.spread.reshape(brighter.shape)
+    share = np.maximum(1 - noise / np.maximum(brighter**2, np.finfo(float).tiny), 0.0)
+    difference *= np.where(brighter > 0, share, 1.0)
     return (neighbours + difference).reshape(3, -1)
 
 
@@ -91,9 +93,8 @@ def pixel_variance(film: Film, y0: int, y1: int) -> Float64:
         variance = film.moments(slice(y0 * width, y1 * width)).variance
         return np.moveaxis(variance.reshape(3, y1 - y0, width), 0, -1)
     first, last = max(0, y0 - REACH), min(film.height, y1 + REACH)
-    sums = film.sums(slice(first * width, last * width))
-    independent = sample_variance(sums, moments_of(sums).mean)[0]
-    halves = half_variance(sums)
+    moments = film.moments(slice(first * width, last * width))
+    independent, halves = moments.spread, moments.variance
     unknown = np.isnan(halves[0])
     told = ~unknown & (independent > 0)
     ratio = np.where(told, halves, 0.0) / np.where(told, independent, 1.0)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 FIRST_LOOK = 4  # samples
 GROWTH = 1.25  # of samples between looks
-SHARE = 0.01  # of the render's time that looking at the film may take
+SHARE, ALLOWANCE = 0.02, 0.25  # of the render's time that looking at the film may take, and seconds beyond
 EARLY = 0.1  # of a render: what was foretold there is kept
 EXPONENT = {False: (1.0, 0.02), True: (1.15, 0.12)}  # mean and spread; correlated samples or not
 PACE_SPREAD = 0.04  # of the time for a sample
@@ -41,8 +41,8 @@ class Look(NamedTuple):
 class Prediction(NamedTuple):
     """Of the seconds, from the start, and the samples at which the relative error will be `target`.
 
-    `seconds_ci95` holds with a chance of 95 %. `from_samples` says how early it was made; `error_at_end`, where
-    samples or time are limited, the relative error then.
+    `seconds_ci95` holds with a chance of 95 %. `from_samples` says how early it was made; `error_at_end`,
+    where samples or time are limited, the relative error then.
     """
 
     target: float
@@ -73,9 +73,9 @@ class Forecast:
     def look(self, progress: Progress) -> None:
         """Take the error's measure if it is time for it."""
         samples = progress.camera_samples / progress.film.pixels
-        if samples < self._next or self._cost > SHARE * progress.elapsed:
+        if samples < self._next or self._cost > SHARE * progress.elapsed + ALLOWANCE:
             return
-        started = time.perf_counter()
+        started = time.thread_time()
         self._next = samples * GROWTH
         error = progress.film.error()
         relmse, interval = error["relmse"], error["relmse_ci95"]
@@ -85,7 +85,7 @@ class Forecast:
             self.latest = self._foretell(progress)
             if self.early is None and self._part(progress) >= EARLY:
                 self.early = self.latest
-        self._cost += time.perf_counter() - started
+        self._cost += time.thread_time() - started
 
     def _part(self, progress: Progress) -> float:
         """How much of the render is done, by its limits or by its target."""

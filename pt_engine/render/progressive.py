@@ -124,7 +124,7 @@ class RenderResult:
         return self.stopped_by == "cancelled"
 
     def error(self) -> ErrorEstimate:
-        """How wrong the image is; where the error itself ended the render, as pixels tell that had no say in it."""
+        """How wrong the image is; where the error ended the render, as pixels tell that had no say in it."""
         return self.film.error(TELLS if self.stopped_by == "target" else None)
 
     def image(self) -> Float32:

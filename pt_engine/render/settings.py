@@ -28,7 +28,7 @@ class RenderSettings:
     min_samples : int
         Per pixel, before the error decides anything.
     adaptive : bool
-        Whether pixels stop early where their surroundings have little noise; `samples` is the most that one gets.
+        Whether pixels stop early where their surroundings have little noise; `samples` is the most one gets.
     seed : int
     threads : int
         0 for one per core.

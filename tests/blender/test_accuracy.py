@@ -1,8 +1,8 @@
 """The error in Blender: passes in a multilayer EXR, target error, what the panel and the status say."""
 
-import OpenImageIO as oiio
 import bpy
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 from support.engine_scene import HEIGHT, WIDTH, engine_scene, exr
 
@@ -24,7 +24,7 @@ def layers(path):
 
 
 def test_passes_come_in_the_multilayer_file(tmp_path):
-    """Standard Error above 0 where there is light; counts; (A + B) / 2 is the image of an even number of samples."""
+    """Standard Error above 0 where there is light; counts; (A + B) / 2 is the image of 8 samples."""
     scene = engine_scene(samples=8)
     own = scene.view_layers[0].pt_engine
     own.use_pass_standard_error = own.use_pass_sample_count = own.use_pass_halves = True

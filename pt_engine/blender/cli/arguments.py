@@ -160,7 +160,7 @@ def add_scene_options(command: argparse.ArgumentParser) -> None:
         "--target-error",
         type=positive,
         metavar="E",
-        help="relative error at which the render ends, 0.01 for 1 %%; samples are then unlimited unless given",
+        help="relative error at which the render ends, 0.01 for 1 %%; no limit of samples unless given",
     )
     scene.add_argument(
         "--target-percentile", type=positive, metavar="P", help="... of P %% of the pixels, not of the image"

@@ -14,7 +14,6 @@ from ..settings import endless
 from .failure import Failure, UsageError
 from .terminal import unechoed
 
-
 VALUES = (
     *("samples", "seconds", "target_error", "target_percentile", "min_samples"),
     *("seed", "max_depth", "integrator"),
