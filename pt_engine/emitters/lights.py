@@ -12,6 +12,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.clock import stage
 from ..core.distributions import AliasTable
 from ..core.uniforms import Uniforms
 from ..scene.snapshot import LightData
@@ -208,6 +209,7 @@ class Lights:
         chosen = self._alias.sample(u[0])[0]
         return self._sample_chosen(chosen, p, u)
 
+    @stage("", "light choice by place")
     def _sample_by_place(self, local: LocalChoice, p: Float32, n: Float32, u: Uniforms) -> LightSample:
         """The parts' tables hold each emitter's probability by power; what it is here corrects that."""
         place = local.place(p, n)
