@@ -130,7 +130,7 @@ def test_a_time_limit_keeps_what_there_is(threads):
     started = time.perf_counter()
     result = render(scene(), settings(threads=threads, samples=0, seconds=0.2))
     took = time.perf_counter() - started
-    assert 0.18 <= took < 3  # a unit takes a millisecond; the rest is a slow machine's
+    assert 0.1 <= took < 3  # a unit takes a millisecond; on a machine at work some take a hundred
     assert not result.cancelled
     assert result.film.counts().sum() == result.progress.camera_samples > 0
     assert result.progress.fraction > 0.9
