@@ -13,7 +13,7 @@ from support.rooms import half_transparent
 from pt_engine.render.progressive import render
 from pt_engine.render.settings import RenderSettings
 from pt_engine.scene.prepare import prepare
-from pt_engine.scene.snapshot import Graph, Link, Node
+from pt_engine.scene.snapshot import Graph, Link, Node, Visibility
 
 UP = np.eye(4)
 CAMERA = make.perspective((0, -6, 3), (0, 0, 0.5), 0.5)
@@ -157,3 +157,14 @@ def test_a_motion_that_is_none_changes_no_bit():
     snapshot = replace(moving(snapshot, {0: [UP, UP]}))
     still = standing_at(snapshot, 0.5)
     np.testing.assert_array_equal(image(prepare(snapshot)), image(prepare(still)))
+
+
+def test_what_some_rays_do_not_see():
+    """One that moves and one that stands still, each hidden from kinds of rays."""
+    still = (make.box(0.7), make.translation(1.5, 0, 0.5), make.diffuse((0.9, 0.2, 0.1)))
+    snapshot = stage((make.box(1.0), PATH[1], make.diffuse((0.1, 0.8, 0.3))), still)
+    bits = snapshot.instances.visibility.copy()
+    bits[0] &= ~np.uint8(Visibility.CAMERA)
+    bits[1] &= ~np.uint8(Visibility.SHADOW | Visibility.DIFFUSE)
+    snapshot = replace(snapshot, instances=replace(snapshot.instances, visibility=bits))
+    assert_slice_is_that_moment(moving(snapshot, {0: PATH}))
