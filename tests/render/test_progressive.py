@@ -126,14 +126,15 @@ def test_unlimited_samples_go_on_until_told_to_stop(threads):
 
 @THREADS
 def test_a_time_limit_keeps_what_there_is(threads):
-    """0.2 s of unlimited samples: ended soon after, not cancelled, all of it in the film."""
+    """0.2 s of unlimited samples: kept to half a unit, not cancelled, all of it in the film."""
     started = time.perf_counter()
     result = render(scene(), settings(threads=threads, samples=0, seconds=0.2))
     took = time.perf_counter() - started
-    assert 0.2 <= took < 3  # a unit takes a millisecond; the rest is a slow machine's
+    assert 0.1 <= took < 3  # a unit takes a millisecond; on a machine at work some take a hundred
     assert not result.cancelled
     assert result.film.counts().sum() == result.progress.camera_samples > 0
-    assert result.progress.fraction == 1
+    assert result.progress.fraction > 0.9
+    assert result.stopped_by == "time"
 
 
 @THREADS
