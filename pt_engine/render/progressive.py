@@ -22,6 +22,7 @@ from ..core.memory import kept_buffers
 from ..core.samplers import SAMPLERS
 from ..scene.prepare import finish
 from ..scene.scene import Scene
+from .catcher_film import CatcherFilm
 from .film import Film
 from .integrator import INTEGRATORS, Integrator
 from .provenance import only_positive, origins
@@ -46,6 +47,7 @@ class Progress:
     nonfinite: list[dict[str, Any]] = field(default_factory=list)
     nonfinite_count: int = 0
     stopped: bool = False
+    caught: CatcherFilm | None = None  # where there are shadow catchers
 
     @property
     def total_samples(self) -> int:
@@ -81,7 +83,7 @@ class Progress:
 
     def image(self) -> Float32:
         """(height, width, 4) float32 of the window, bottom row first, alpha premultiplied."""
-        return self.film.image()
+        return self.film.image() if self.caught is None else self.caught.image()
 
 
 @dataclass
@@ -95,7 +97,7 @@ class RenderResult:
 
     def image(self) -> Float32:
         """(height, width, 4) float32 of the window, bottom row first, alpha premultiplied."""
-        return self.film.image()
+        return self.progress.image()
 
 
 def render(
@@ -121,15 +123,17 @@ def render(
         The integrator or the sampler named in `settings` is not registered.
     """
     x0, y0, x1, y1 = settings.window
-    order = morton_order(x1 - x0, y1 - y0)
     integrator = INTEGRATORS[settings.integrator](settings)
     positive = only_positive(scene, integrator)
-    film = Film(x1 - x0, y1 - y0, key=film_key(settings), order=order, reject_negative=positive)
     worker = ready_worker(scene, settings, integrator)
+    groups = worker.groups(morton_order(x1 - x0, y1 - y0))
+    order = np.concatenate(groups)
+    film = Film(x1 - x0, y1 - y0, key=film_key(settings), order=order, reject_negative=positive)
     progress = Progress(film, settings, time.perf_counter())
+    progress.caught = CatcherFilm(film, order) if scene.has_catchers else None
     threads = settings.threads or os.cpu_count() or 1
     with kept_buffers():
-        work = units(settings, order)
+        work = units(settings, *groups, aligned=worker.run)
         for result in in_parallel(worker, work, threads, lambda: progress.stopped or out_of_time(progress)):
             deposit(progress, result)
             on_progress(progress)
@@ -189,6 +193,8 @@ def deposit(progress: Progress, result: UnitResult) -> None:
     """Add a unit's samples to the film; those that can't be are dropped there and remembered here."""
     unit = result.unit
     bad = progress.film.add(unit.pixels, unit.first, unit.spp, result.radiance, result.alpha)
+    if progress.caught is not None and result.caught is not None:
+        progress.caught.add(unit.pixels, unit.first, unit.spp, result.caught)
     for slot in bad[: max(0, REPORTED_NONFINITE - len(progress.nonfinite))]:
         sample, index = divmod(int(slot), len(unit.pixels))
         x0, y0, x1, _ = progress.settings.window

@@ -27,19 +27,23 @@ class Unit(NamedTuple):
 LARGEST_PASS = 8  # samples: more gains nothing, and a unit of few pixels has incoherent neighbours
 
 
-def units(settings: RenderSettings, order: NDArray[np.int32]) -> Iterator[Unit]:
+def units(settings: RenderSettings, *groups: NDArray[np.int32], aligned: int = 0) -> Iterator[Unit]:
     """Every unit of the render, pass after pass; without end where samples are unlimited.
 
-    `order` lists the pixels of the window; a unit takes a run of it.
+    `groups` list the pixels of the window; a unit takes a run of one of them. No pass crosses a sample whose
+    number is a multiple of `aligned`, unless that is 0.
     """
     done = 0
     while settings.samples == 0 or done < settings.samples:
         count = min(LARGEST_PASS, max(1, done), settings.lanes)
+        if aligned:
+            count = min(count, aligned - (settings.first_sample + done) % aligned)
         if settings.samples:
             count = min(count, settings.samples - done)
-        parts = -(-len(order) // (settings.lanes // count))
-        for pixels in np.array_split(order, max(1, parts)):
-            yield Unit(pixels, settings.first_sample + done, count)
+        for group in groups:
+            parts = -(-len(group) // (settings.lanes // count))
+            for pixels in np.array_split(group, max(1, parts)):
+                yield Unit(pixels, settings.first_sample + done, count)
         done += count
 
 
