@@ -24,26 +24,28 @@ NAMES = ("diffuse ball in a room", "rough metal", "mirror", "smooth glass")
 NAMES += ("rough glass, 10⁴ away", "sun, 60 faceted balls")
 TEXT = """# Error growth: float32 against float64
 
-`python -m bench.error_growth` writes this page. The whole pipeline runs twice with the same random numbers, as
-it is and with every float32 a float64 (`bench/double.py`), from the same snapshot files, whose colours float32
-holds exactly. The tables of the choice among lights are the same. Embree knows float32 only: it finds the
-triangle in both, and distance and place on it are computed anew in float64; whether a shadow ray is blocked is
-its word alone.
+`python -m bench.error_growth` writes this page. The whole pipeline runs twice with the same random
+numbers, as it is and with every float32 a float64 (`bench/double.py`), from the same snapshot files, whose
+colours float32 holds exactly. The tables of the choice among lights are the same. Embree knows float32
+only: it finds the triangle in both, and distance and place on it are computed anew in float64; whether a
+shadow ray is blocked is its word alone.
 
-{size[0]} × {size[1]} pixels, {samples} samples each, paths of up to 9 edges. Of the samples that differ at all (the
-sky does not): the relative differences' median, 99th percentile and maximum. "image": root mean square difference
-of the images over their mean. Bias: difference of the means, and in standard errors of the differences. "Another
-way" counts samples that differ by more than {another_way:g} of themselves, and pixels that have one.
+{size[0]} × {size[1]} pixels, {samples} samples each, paths of up to 9 edges. Of the samples that differ at
+all (the sky does not): the relative differences' median, 99th percentile and maximum. "image": root mean
+square difference of the images over their mean. Bias: difference of the means, and in standard errors of
+the differences. "Another way" counts samples that differ by more than {another_way:g} of themselves, and
+pixels that have one.
 
 {table}
 
 Rounding by itself stays near one unit in the last place of the result, whatever the path's length: nothing
-accumulates, since every hit point is put back on its plane and every frame is made anew. A constant that is
-rounded once, such as a sun's radiance, shows as a bias of up to 6·10⁻⁸. What differs by more has met an edge of a
-decision, where an infinitely small change is enough to fall to the other side; the sample is then another one,
-just as probable, so images differ by noise and not by bias. At 10⁴ of its size from the zero a scene's hit points
-are quantised to 10⁻³ of that size, and such edges are that wide. Of up to {asked} such samples of each scene, walked
-again vertex by vertex in both precisions, this is the first thing that differs:
+accumulates, since every hit point is put back on its plane and every frame is made anew. A constant that
+is rounded once, such as a sun's radiance, shows as a bias of up to 6·10⁻⁸. What differs by more has met an
+edge of a decision, where an infinitely small change is enough to fall to the other side; the sample is
+then another one, just as probable, so images differ by noise and not by bias. At 10⁴ of its size from the
+zero a scene's hit points are quantised to 10⁻³ of that size, and such edges are that wide. Of up to
+{asked} such samples of each scene, walked again vertex by vertex in both precisions, this is the first
+thing that differs:
 
 {reasons}
 
@@ -172,7 +174,8 @@ def main() -> None:
     reasons = {
         name: [parting(*pair) for pair in zip(*(s[name] for s in stories), strict=True)] for name in asked
     }
-    head = f"| scene | median | 99 % | largest | image | bias | another way: samples | pixels |\n{'| --- ' * 8}|\n"
+    head = "| scene | median | 99 % | largest | image | bias | another way: samples | pixels |\n"
+    head += "| --- " * 8 + "|\n"
     text = TEXT.format(
         size=SIZE,
         samples=SAMPLES,

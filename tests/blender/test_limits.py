@@ -1,8 +1,4 @@
-<<<<<<< HEAD
-"""Extremes that a user can ask for: images of 1 and of 268 million pixels, layers by the hundred."""
-=======
 """Extremes that a user can ask for: images of 1 and of 268 million pixels, hundreds of layers and renders."""
->>>>>>> main
 
 from __future__ import annotations
 
