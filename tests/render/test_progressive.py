@@ -176,6 +176,26 @@ def test_a_failure_in_a_worker_arrives_in_the_caller(threads):
     assert Failing.calls <= 3 + 2 * threads
 
 
+def test_stopped_at_any_of_200_moments_a_render_is_sound():
+    """After any number of polls, with one to three threads: some whole units, finite, and counted right."""
+    rng = np.random.default_rng(5)
+    cancelled = 0
+    for threads, polls in zip(rng.integers(1, 4, 200), rng.integers(0, 24, 200), strict=True):
+        left = iter(range(int(polls)))
+        result = render(
+            scene(),
+            settings(threads=int(threads), lanes=256),
+            should_stop=lambda left=left: next(left, None) is None,
+        )
+        cancelled += result.cancelled
+        counts = result.film.counts()
+        assert counts.sum() == result.progress.camera_samples > 0
+        assert counts.max() <= 16
+        assert np.isfinite(result.image()).all()
+        assert not [t.name for t in threading.enumerate() if t.name.startswith("pt_engine")]
+    assert 100 < cancelled < 200
+
+
 @THREADS
 @pytest.mark.parametrize("where", ["on_progress", "should_stop"])
 def test_a_failure_in_a_report_ends_the_render(threads, where):
