@@ -41,7 +41,7 @@ def final_render(engine, depsgraph) -> None:
     check_film(settings, room(scene.pt_engine.memory_limit << 20))
 
     engine.update_stats("", "Exporting the scene")
-    snapshot = export_scene(depsgraph)
+    snapshot = export_scene(depsgraph, frame_set=engine.frame_set)
     exported = time.perf_counter() - started
     for view, seen in views(engine, depsgraph, snapshot, size):
         started = time.perf_counter() - exported  # the one export is part of each view's time

@@ -51,7 +51,10 @@ class PTENGINE_OT_check_scene(bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         record = RenderRecord(scene.frame_current, scene.name, coverage=tuple(prepared.coverage))
-        record.layers[context.view_layer.name] = {"features": dict(prepared.features)}
+        features = dict(prepared.features)
+        if scene.render.use_motion_blur:  # other frames would undo what is posed but not keyed
+            features["motion blur"] = "not looked for: it takes other frames"
+        record.layers[context.view_layer.name] = {"features": features}
         Session.checked = record
         number = len(inexact(prepared.coverage))
         text = f"Not rendered exactly: {number}" if number else "All of it is rendered exactly"

@@ -29,6 +29,7 @@ class Lobe:
     """What kind of scattering a sample was (bits)."""
 
     DIFFUSE, GLOSSY, DELTA, TRANSMIT, TRANSPARENT, PORTAL = 1, 2, 4, 8, 16, 32
+    CLEAR = 64  # passed glass that shows a transparent film; no model sets it
     NONE = 0
 
 

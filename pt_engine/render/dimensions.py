@@ -23,6 +23,7 @@ UInt32 = NDArray[np.uint32]
 
 CAMERA = 4
 PER_BOUNCE = 7
+SHUTTER = 639  # the last that Sobol has: it is shared with a path's 90th bounce at the earliest
 
 
 class LaneSampler:

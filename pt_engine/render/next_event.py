@@ -30,7 +30,7 @@ def next_event(
         return
     here, paths = si.part(slice(0, m)), path.part(slice(0, m))
     light = scene.sample_emitter(here, u[:, :m], paths)
-    value, pdf = bsdf.eval_pdf(light.wo)
+    value, pdf = bsdf.eval_pdf(light.wo, light.hidden)
     weight = mis(light.pdf, pdf * np.logical_not(light.delta))
     contribution = value * light.weight
     contribution *= paths.beta

@@ -23,6 +23,7 @@ from ..core.memory import kept_buffers
 from ..core.samplers import SAMPLERS
 from ..scene.prepare import finish
 from ..scene.scene import Scene
+from .catcher_film import CatcherFilm
 from .decisions import DECIDES, TELLS, decisions, relative_error
 from .film import Film
 from .film_error import ErrorEstimate
@@ -61,6 +62,7 @@ class Progress:
     in_flight: int = 1  # units that are rendered at a time
     unit_lanes: int = 0  # of the last one
     forecast: Forecast = field(default_factory=Forecast)
+    caught: CatcherFilm | None = None  # where there are shadow catchers
 
     @property
     def total_samples(self) -> int:
@@ -103,7 +105,7 @@ class Progress:
 
     def image(self) -> Float32:
         """(height, width, 4) float32 of the window, bottom row first, alpha premultiplied."""
-        return self.film.image()
+        return self.film.image() if self.caught is None else self.caught.image()
 
 
 @dataclass
@@ -129,7 +131,7 @@ class RenderResult:
 
     def image(self) -> Float32:
         """(height, width, 4) float32 of the window, bottom row first, alpha premultiplied."""
-        return self.film.image()
+        return self.progress.image()
 
 
 def render(
@@ -158,9 +160,11 @@ def render(
         The integrator or the sampler named in `settings` is not registered.
     """
     x0, y0, x1, y1 = settings.window
-    order = morton_order(x1 - x0, y1 - y0)
     integrator = INTEGRATORS[settings.integrator](settings)
     positive = only_positive(scene, integrator)
+    worker = ready_worker(scene, settings, integrator)
+    groups = worker.groups(morton_order(x1 - x0, y1 - y0))
+    order = np.concatenate(groups)
     film = Film(
         *(x1 - x0, y1 - y0),
         key=film_key(settings),
@@ -169,12 +173,12 @@ def render(
         correlated=SAMPLERS[settings.sampler].correlated,
         halves=settings.half_buffers,
     )
-    worker = ready_worker(scene, settings, integrator)
     progress = Progress(film, settings, time.perf_counter())
+    progress.caught = CatcherFilm(film, order) if scene.has_catchers else None
     threads = settings.threads or os.cpu_count() or 1
     progress.in_flight = threads + 1 if threads > 1 else 1
     with kept_buffers():
-        asked = units(settings, order, decisions(film, settings, order))
+        asked = units(settings, *groups, aligned=worker.run, decide=decisions(film, settings, order))
         work = in_parallel(worker, asked, threads, lambda: is_over(progress), ledger)
         with ledger.running(threads) if ledger else nullcontext():
             for result in work:
@@ -278,6 +282,8 @@ def deposit(progress: Progress, result: UnitResult) -> None:
     """Add a unit's samples to the film; those that can't be are dropped there and remembered here."""
     unit = result.unit
     bad = progress.film.add(unit.pixels, unit.first, unit.spp, result.radiance, result.alpha)
+    if progress.caught is not None and result.caught is not None:
+        progress.caught.add(unit.pixels, unit.first, unit.spp, result.caught)
     for slot in bad[: max(0, REPORTED_NONFINITE - len(progress.nonfinite))]:
         sample, index = divmod(int(slot), len(unit.pixels))
         x0, y0, x1, _ = progress.settings.window

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .accel import Hits
 from .snapshot import Instances, MeshData, Snapshot
 
 if TYPE_CHECKING:
@@ -97,6 +98,14 @@ class Geometry:
         row = self.records.take(prim, axis=0, mode="wrap")
         return np.ascontiguousarray(row[:, column]).view(np.int32)
 
+    def instance_of(self, hits: Hits, lanes: NDArray[np.intp]) -> Int32:
+        """(K,) which placed mesh some rays have hit."""
+        own = self.integer(INSTANCE, hits.prim.take(lanes))
+        if hits.instance is None:
+            return own
+        shared = hits.instance.take(lanes)
+        return np.where(shared < 0, own, shared)
+
     def set_emitters(self, prim: NDArray[np.int64]) -> None:
         """Give the triangles `prim` the emitter numbers 0, 1, …"""
         self.records.view(np.int32)[prim, EMITTER] = np.arange(len(prim), dtype=np.int32)
@@ -131,10 +140,15 @@ class Placed(NamedTuple):
     dropped: int
 
 
-def place(snapshot: Snapshot, sharing: Sharing | None = None) -> Placed:
-    """Transform the vertices of instances that share nothing in float64, relative to the scene's centre."""
+def place(
+    snapshot: Snapshot, sharing: Sharing | None = None, frame: tuple[Float64, float] | None = None
+) -> Placed:
+    """Transform the vertices of instances that share nothing in float64, relative to the scene's centre.
+
+    `frame` is the centre and radius to use in place of the instances' own.
+    """
     meshes, instances = snapshot.meshes, snapshot.instances
-    origin, radius = bounds(meshes, instances)
+    origin, radius = frame or bounds(meshes, instances)
     once = np.ones(len(instances.mesh), np.bool_) if sharing is None else sharing.prototype < 0
     vertex_counts = np.array([len(meshes[m].vertices) for m in instances.mesh], np.int64) * once
     triangle_counts = np.array([len(meshes[m].triangles) for m in instances.mesh], np.int64) * once

@@ -38,7 +38,7 @@ class Taken(NamedTuple):
 
 
 class Nested:
-    """What `placed` holds, and nested instances.
+    """What `placed` holds, and nested instances; never empty.
 
     Parameters
     ----------
@@ -48,6 +48,8 @@ class Nested:
     geometry : Placed
         Tells the origin, and where the instances' records begin.
     """
+
+    empty = False
 
     def __init__(self, placed: Accel, snapshot: Snapshot, sharing: Sharing, geometry: Placed) -> None:
         meshes, instances, origin = snapshot.meshes, snapshot.instances, geometry.origin

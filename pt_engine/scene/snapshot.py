@@ -67,6 +67,7 @@ class Graph:
     notes: tuple[tuple[str, str], ...] = ()  # (node name, what the exporter had to leave out)
     displacement_method: str = "BUMP"
     pass_index: int = 0
+    sampled: bool = True  # whether what emits is sampled as a light; else only rays find it
 
 
 @dataclass(frozen=True)
@@ -179,6 +180,38 @@ class Visibility:
 
     CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, SHADOW, VOLUME = 1, 2, 4, 8, 16, 32
     ALL = 63
+    # no kinds of rays: where the camera sees it, the film has a hole; or only shadows on it
+    HOLDOUT, CATCHER = 64, 128
+
+
+UNLIMITED = 1024  # bounces
+
+
+@dataclass(frozen=True)
+class Linking:
+    """Light and shadow linking: emitters, receivers and blockers in sets, set 0 those without any link.
+
+    Attributes
+    ----------
+    receives : (R, E) uint8
+        1 where receivers of a set get the light of emitters of a set.
+    blocks : (B, E) uint8
+        1 where blockers of a set cast shadows in the light of emitters of a set.
+    receiver, blocker, emitter : (I,) int32
+        Sets of each instance.
+    """
+
+    receives: NDArray[np.uint8]
+    blocks: NDArray[np.uint8]
+    receiver: Int32
+    blocker: Int32
+    emitter: Int32
+
+    def of(self, rows: slice | NDArray[np.intp]) -> Linking:
+        """The same for some instances."""
+        return Linking(
+            self.receives, self.blocks, self.receiver[rows], self.blocker[rows], self.emitter[rows]
+        )
 
 
 @dataclass(frozen=True)
@@ -210,6 +243,12 @@ class LightData:
         Radians, pi for none.
     normalize : bool
         Whether `power` is total power (True) or radiance-like strength.
+    max_bounces : int
+        It lights no surface that more bounces lead to.
+    group : int
+        Its set of emitters in `Linking`.
+    real : bool
+        Whether it also shines where shadow catchers are alone.
     graph : Graph or None
         Its node tree, where it has one.
     """
@@ -231,6 +270,9 @@ class LightData:
     cast_shadow: bool = True
     use_mis: bool = True
     visibility: int = Visibility.ALL & ~Visibility.CAMERA
+    max_bounces: int = UNLIMITED
+    group: int = 0
+    real: bool = True
     graph: Graph | None = None
 
 
@@ -299,12 +341,70 @@ class CameraData:
 
 
 @dataclass(frozen=True)
+class InstanceMotion:
+    """Placed meshes that move while the shutter is open, all known at equally many times.
+
+    Attributes
+    ----------
+    instance : (M,) int32
+        Rows of `Instances`.
+    matrix : (M, K, 4, 4) float64
+        Object to world at K ≥ 2 times, evenly from the shutter's opening to its closing.
+    """
+
+    instance: Int32
+    matrix: Float64
+
+
+@dataclass(frozen=True)
+class MeshMotion:
+    """A mesh that changes its shape while the shutter is open; its triangles stay.
+
+    Attributes
+    ----------
+    mesh : int
+        Index into `Snapshot.meshes`.
+    vertices : (K, V, 3) float32
+        At K ≥ 2 times, evenly from the shutter's opening to its closing.
+    normals : (K, N, 3) float32 or None
+        As many rows as `MeshData.normals` has; None where that is.
+    """
+
+    mesh: int
+    vertices: Float32
+    normals: Float32 | None = None
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What changes while the shutter is open. The snapshot itself is the middle of that time.
+
+    Attributes
+    ----------
+    shutter : (n,) float32
+        How far it is open at n ≥ 2 times, evenly from opening to closing, linear between them.
+    instances : tuple of InstanceMotion
+    meshes : tuple of MeshMotion
+    cameras : tuple of CameraData
+        The camera at K ≥ 2 times; () where it stands still.
+    """
+
+    shutter: Float32
+    instances: tuple[InstanceMotion, ...] = ()
+    meshes: tuple[MeshMotion, ...] = ()
+    cameras: tuple[CameraData, ...] = ()
+
+
+@dataclass(frozen=True)
 class Snapshot:
     """A whole frame of a scene.
 
     `unsupported` lists what the exporter met and cannot give to the engine: (where, what, effect).
     `materials[0]` is always the stand-in for an empty slot (Blender's default grey diffuse 0.8).
+    `world_visibility` says which rays see the world, as `Visibility` bits.
+    `clear_glass` is the roughness up to which a transparent film shows through glass, below 0 for none.
     `ocio_config` names the OpenColorIO config of the file's Blender, "" for OpenImageIO's own.
+    `motion` is None where nothing moves, or nothing is to be blurred.
     """
 
     meshes: tuple[MeshData, ...]
@@ -318,3 +418,7 @@ class Snapshot:
     exposure: float = 1.0
     unsupported: tuple[tuple[str, str, str], ...] = ()
     ocio_config: str = ""
+    world_visibility: int = Visibility.ALL
+    linking: Linking | None = None
+    clear_glass: float = -1.0
+    motion: Motion | None = None

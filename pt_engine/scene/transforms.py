@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -52,6 +54,14 @@ class Transforms:
         length = vectors.length(turned)
         scale = (length > 0) / (length + (length == 0))
         return turned * scale, offset * scale
+
+    def with_last(self, matrix: Float64, origin: Float64) -> Transforms:
+        """The same with other matrices (M, 4, 4) for the last M instances."""
+        moved, joined = Transforms(matrix, origin), copy.copy(self)
+        for name, last in vars(moved).items():
+            rows = vars(self)[name]
+            setattr(joined, name, np.concatenate([rows[: len(rows) - len(last)], last]))
+        return joined
 
     def vector_to_world(self, w: Float32, instance: Int32) -> Float32:
         """(3, N) object-space vectors in world space."""

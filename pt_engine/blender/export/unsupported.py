@@ -4,27 +4,23 @@ from __future__ import annotations
 
 import bpy
 
-MOVING_MODIFIERS = {
-    "NODES", "CLOTH", "SOFT_BODY", "FLUID", "DYNAMIC_PAINT", "OCEAN", "WAVE", "BUILD", "EXPLODE",
-    "MESH_CACHE", "MESH_SEQUENCE_CACHE", "PARTICLE_SYSTEM", "PARTICLE_INSTANCE",
-}  # fmt: skip
-
 
 def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
     """Entries (where, what, effect) about the scene and its objects."""
     return [
-        *motion_blur(scene),
+        *rolling_shutter(scene),
         *shadow_caustics(depsgraph),
         *texture_settings(scene),
+        *light_groups(depsgraph),
         *(entry for owner in depsgraph.objects for entry in of_object(owner)),
     ]
 
 
-def motion_blur(scene):
-    """Listed where it is on and something in the file may move."""
-    render = scene.render
-    if render.use_motion_blur and render.motion_blur_shutter > 0.0 and may_move(scene):
-        yield (f"Scene {scene.name}", "motion blur", "rendered sharp, as at the frame's own time")
+def rolling_shutter(scene):
+    """Listed where motion blur is on."""
+    kind = getattr(getattr(scene, "cycles", None), "rolling_shutter_type", "NONE")
+    if scene.render.use_motion_blur and kind != "NONE":
+        yield (f"Scene {scene.name}", "rolling shutter", "all rows of the image are exposed at once")
 
 
 def shadow_caustics(depsgraph):
@@ -39,6 +35,15 @@ def shadow_caustics(depsgraph):
         yield ("Scene", "shadow caustics", effect)
 
 
+def light_groups(depsgraph):
+    """Passes of groups of lights, where the view layer has any that something is in."""
+    groups = {group.name for group in getattr(depsgraph.view_layer, "lightgroups", ())}
+    owners = [*depsgraph.objects, depsgraph.scene.world]
+    if groups & {getattr(owner, "lightgroup", "") for owner in owners if owner is not None}:
+        effect = "no passes of their own: all are in the image together"
+        yield (f"View layer {depsgraph.view_layer.name}", "light groups", effect)
+
+
 def texture_settings(scene):
     """What the file does to all image textures: another working space, smaller images, mip maps."""
     where, cycles = f"Scene {scene.name}", getattr(scene, "cycles", None)
@@ -51,19 +56,6 @@ def texture_settings(scene):
             yield (where, "smaller textures", "images keep their full size")
     if getattr(scene.render, "use_auto_generate_texture_cache", False) and len(bpy.data.images):
         yield (where, "texture cache", "images are looked up in full size, not in mip maps")
-
-
-def may_move(scene) -> bool:
-    """Whether the file has anything that changes with time."""
-    if len(bpy.data.actions) or scene.rigidbody_world is not None:
-        return True
-    for owner in scene.objects:
-        animations = [getattr(item, "animation_data", None) for item in (owner, owner.data)]
-        if any(animation is not None and len(animation.drivers) for animation in animations):
-            return True
-        if any(modifier.type in MOVING_MODIFIERS for modifier in owner.modifiers):
-            return True
-    return False
 
 
 def of_object(owner):
