@@ -64,8 +64,17 @@ def has_size(lamp: LightData) -> bool:
 
 
 def pinhole(snapshot: Snapshot) -> Snapshot:
-    """Everything in focus."""
-    return replace(snapshot, camera=replace(snapshot.camera, aperture_radius=0.0))
+    """Everything in focus, also where the camera moves."""
+    motion = snapshot.motion
+    if motion is not None:
+        cameras = tuple(replace(camera, aperture_radius=0.0) for camera in motion.cameras)
+        motion = replace(motion, cameras=cameras)
+    return replace(snapshot, camera=replace(snapshot.camera, aperture_radius=0.0), motion=motion)
+
+
+def frozen(snapshot: Snapshot) -> Snapshot:
+    """Everything where it is at the frame's own time."""
+    return replace(snapshot, motion=None)
 
 
 def dark_world(snapshot: Snapshot) -> Snapshot:
@@ -223,6 +232,7 @@ EFFECTS = (
         of_snapshot(hard_shadows),
     ),
     Effect("depth of field", feature_off("depth of field"), of_snapshot(pinhole)),
+    Effect("motion blur", feature_off("motion blur"), of_snapshot(frozen)),
     Effect("world light", feature_off("environment"), of_snapshot(dark_world)),
     Effect("glossy bounces", no_change(nodes(matte), NO_MATERIAL), of_materials(nodes(matte))),
     Effect(

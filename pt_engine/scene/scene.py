@@ -265,8 +265,9 @@ class Scene:
         smooth_count = 0
         for number, span in spans:
             group = self.groups[number]
-            lanes = Lanes(self, si.part(span), path.part(span), group.smooth)
-            slices.append((span, self._shade_batch(lanes, group.batch, path.part(span))))
+            part = path.part(span)
+            lanes = Lanes(self, si.part(span), part, group.smooth)
+            slices.append((span, self._shade_batch(lanes, group.batch, part)))
             if number < self.smooth_groups:
                 smooth_count = span.stop
         return ShadedBSDF(si.size, slices, smooth_count)

@@ -17,6 +17,8 @@ from pt_engine.report.tables import comparison_lines
 from pt_engine.scene.prepare import prepare
 from pt_engine.scene.snapshot import LightData
 
+pytestmark = pytest.mark.slow  # some ten seconds of rendering
+
 SETTINGS = RenderSettings(24, 24, threads=1, max_depth=3, sampler="independent", pixel_filter="BOX")
 WORDS = ("direct", "path_fixed", "sampler", "depth 2")
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support import scenes as make
+from support.motion import moving
 from support.rooms import GLASS, MIRROR, ROUGH, half_transparent, room
 
 from pt_engine.render.progressive import render
@@ -105,6 +106,18 @@ def test_depth_of_field_of_a_flat_field_makes_no_difference():
     row = effects_of(replace(snapshot, camera=camera))["depth of field"]
     assert row["present"]
     assert row["difference"] < 1e-5
+
+
+def test_motion_blur_is_seen_where_something_moves_and_taken_out_whole():
+    """A shining quad crosses the view; without blur it stands in the middle of the shutter."""
+    camera = make.orthographic((0, 0, 3), (0, 0, 0), 2.0)
+    still = make.scene([(make.quad(1), np.eye(4), make.emission(1.0))], camera)
+    path = [make.translation(x, 0, 0) for x in (-1.0, 1.0)]
+    row = effects_of(moving(still, {0: path}))["motion blur"]
+    assert row["present"]
+    assert row["difference"] > 0.2
+    assert row["energy"] < 0.01
+    assert effects_of(still)["motion blur"]["why"] == "nothing moves while the shutter is open"
 
 
 def test_matte_replaces_glossy_and_nothing_else():
