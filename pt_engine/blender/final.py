@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from itertools import chain
 from typing import Any
 
 import bpy
 
 from ..render import integrators  # noqa: F401  fills the registry
+from ..render.ledger import Ledger
 from ..render.memory import check_film, fitted, room, room_for_scene
 from ..render.progressive import render
 from ..render.stats import statistics
+from ..report.error_picture import error_picture
 from ..scene.memory import snapshot_bytes
 from ..scene.prepare import prepare
+from . import passes
 from .export import export_scene
 from .nonfinite import add_commands, headline, lines
 from .picture import Picture
@@ -33,6 +37,7 @@ def final_render(engine, depsgraph) -> None:
     record = record_of(engine, scene)
     size = engine.resolution_x, engine.resolution_y
     settings = settings_of(scene, *size)
+    settings = replace(settings, half_buffers=passes.wants_halves(depsgraph.view_layer_eval))
     check_film(settings, room(scene.pt_engine.memory_limit << 20))
 
     engine.update_stats("", "Exporting the scene")
@@ -44,7 +49,7 @@ def final_render(engine, depsgraph) -> None:
         prepared = prepared_to_fit(seen, settings, scene.pt_engine)
         record.coverage = tuple(dict.fromkeys(chain(record.coverage, prepared.coverage)))
         tell_coverage(engine, prepared.coverage, scene.pt_engine.strict)
-        if Session.observer.takes_over(prepared, settings):
+        if Session.observer.takes_over(prepared, settings, seen):
             return
         settings = fitted(settings, room(scene.pt_engine.memory_limit << 20, prepared.bytes))
         stats = render_view(engine, depsgraph, prepared, settings, view)
@@ -70,19 +75,27 @@ def render_view(engine, depsgraph, prepared, settings, view: str) -> dict[str, A
     layer = depsgraph.view_layer_eval.name
     x0, y0, x1, y1 = settings.window
     meter = Meter(engine)
+    passes.add_to(engine, depsgraph.view_layer_eval)
     with Picture(engine, layer, (x1 - x0, y1 - y0), view) as picture:
 
         def on_progress(progress) -> None:
             meter.tell(progress)
             picture.show_progress(progress)
 
-        result = render(prepared, settings, on_progress, meter.should_stop)
+        ledger = Ledger()
+        result = render(prepared, settings, on_progress, meter.should_stop, ledger)
+        for extra in passes.enabled(depsgraph.view_layer_eval):
+            picture.fill(extra.name, extra.image(result.film))
         picture.show(result.image())
 
-    stats = statistics(prepared, settings, result)
+    stats = statistics(prepared, settings, result, ledger)
     frame = depsgraph.scene_eval.frame_current
     add_commands(stats["nonfinite"]["samples"], settings, bpy.data.filepath, frame, layer)
     stats["versions"]["blender"] = bpy.app.version_string
+    stats["view_layer"] = layer
+    Session.observer.on_film(result.film)
+    if not bpy.app.background:
+        engine.pt_record.error = error_picture(result.film)
     tell_nonfinite(engine, stats)
     return stats
 

@@ -27,8 +27,7 @@ class Picture:
 
     def __enter__(self) -> Picture:
         self.result = self.engine.begin_result(0, 0, *self.size, layer=self.layer, view=self.view)
-        passes = {p.name: p for p in self.result.layers[0].passes}
-        self.combined = passes["Combined"]
+        self.passes = {p.name: p for p in self.result.layers[0].passes}
         return self
 
     def __exit__(self, kind, error, trace) -> None:
@@ -36,8 +35,13 @@ class Picture:
 
     def show(self, image: np.ndarray) -> None:
         """Hand over (height, width, 4) float32, bottom row first."""
-        self.combined.rect.foreach_set(np.ascontiguousarray(image, np.float32).reshape(-1))
+        self.fill("Combined", image)
         self.engine.update_result(self.result)
+
+    def fill(self, name: str, image: np.ndarray) -> None:
+        """Put an image into a pass; what is undefined there (one sample has no error) is 0."""
+        values = np.nan_to_num(np.ascontiguousarray(image, np.float32))
+        self.passes[name].rect.foreach_set(values.reshape(-1))
 
     def show_progress(self, progress) -> None:
         """Show the first pass at once, later ones at growing intervals; nothing where nobody looks."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
+from ..core.clock import stage
 from .graph import GraphReader, NodeView
 from .ir import VECTOR, Const, Value, lane_op, shift_code
 from .registry import Outputs, node
@@ -86,6 +87,7 @@ def normal_map_node(n: NodeView) -> Outputs:
 
 
 @lane_op(VECTOR, reads=lambda invert, width, rest: ("position", "footprint", *["rest"] * rest))
+@stage("", "bump")
 def bump(
     lanes: Any,
     invert: bool,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.clock import stage
 from ..core.uniforms import Uniforms
 from ..scene.lanes import Surface
 from ..scene.scene import Scene
@@ -15,6 +16,7 @@ from .path_state import PathState, mis
 Float32 = NDArray[np.float32]
 
 
+@stage("emitter")
 def next_event(
     scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, u: Uniforms, limit: Integrator
 ) -> None:

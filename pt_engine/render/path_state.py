@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..bsdfs.base import Lobe
 from ..core import keyed, vectors
+from ..core.clock import stage
 from ..core.raykind import RayKind
 from ..core.rows import Rows, scatter_add
 from ..scene.accel import FAR
@@ -202,6 +203,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         """The random numbers of the paths that are alive."""
         return base.with_state(self.random.view(np.uint32))
 
+    @stage("emission")
     def gather(self, found: Found) -> None:
         """L += β · mis · Le on the lanes that found an emitter."""
         lanes = found.lanes

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cameras.base import Camera
+from ..core.clock import new_paths, stage
 from ..core.pixel_filters import FilterTable
 from ..core.raykind import RayKind
 from ..core.samplers import Sampler
@@ -88,6 +89,7 @@ class Worker:
 
     def _render(self, unit: Unit, moment: Scene) -> UnitResult:
         """The same where all see one moment."""
+        new_paths()
         sampler = self.lane_sampler(unit)
         rays = self.camera_rays(unit, sampler, moment.camera)
         scene = moment.for_unit(rays.o.shape[1])
@@ -98,6 +100,7 @@ class Worker:
 
     def caught(self, unit: Unit, scene: Scene, radiance: Float32) -> Parts:
         """The light that catchers send in the whole scene and alone, by the same random numbers."""
+        new_paths()
         sampler, caught = self.lane_sampler(unit), scene.caught
         rays = self.camera_rays(unit, sampler, scene.camera)
         assert caught is not None
@@ -127,6 +130,7 @@ class Worker:
         """What the film takes of a radiance (3, N): all of it unless the file sets a film exposure."""
         return radiance if self.scene.exposure == 1 else radiance * np.float32(self.scene.exposure)
 
+    @stage("generate")
     def lane_sampler(self, unit: Unit) -> LaneSampler:
         """Random numbers by (pixel of the full image, sample)."""
         x, y = self._pixel_coordinates(unit)
@@ -135,6 +139,7 @@ class Worker:
         state = self._sampler.state(np.tile(pixel, unit.spp), np.repeat(sample, len(pixel)))
         return LaneSampler(self._sampler, state)
 
+    @stage("generate")
     def camera_rays(self, unit: Unit, sampler: LaneSampler, camera: Camera) -> Rays:
         """One ray per lane through a point drawn from the pixel filter and, with a lens, a point on it."""
         x, y = self._pixel_coordinates(unit)

@@ -14,6 +14,8 @@ from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
 from numpy.typing import NDArray
 
+from ..core.clock import count_rays, stage
+
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
 
@@ -100,8 +102,10 @@ class Accel:
             nowhere = np.zeros((1, 3), np.float32)
             self._scene.run(nowhere, nowhere + 1, np.full(1, -1, np.float32), query="OCCLUDED")  # commits
 
+    @stage("intersect")
     def intersect(self, origin: Float32, direction: Float32, tfar: Float32) -> Hits:
         """Closest hits of (3, N) rays with t in [0, `tfar`]; a ray with `tfar` < 0 is skipped."""
+        count_rays(tfar)
         if self.empty:
             n = origin.shape[1]
             zero = np.zeros(n, np.float32)
@@ -112,11 +116,13 @@ class Accel:
         instance, first = self._meshes.take(hit["geomID"], axis=1, mode="wrap")
         return Hits(hit["tfar"], hit["u"], hit["v"], hit["primID"] + first, instance)
 
+    @stage("shadow")
     def visible(self, origin: Float32, direction: Float32, tfar: Float32) -> Int32:
         """Whether nothing lies in [0, `tfar`], as the bit mask −1 (clear) or 0 (blocked).
 
         Skipped rays (`tfar` < 0) read as blocked: culling a shadow ray that way costs a fifth of tracing it.
         """
+        count_rays(tfar)
         if self.empty:
             return -(tfar >= 0).astype(np.int32)
         mask: Int32 = self._scene.run(origin.T, direction.T, tfar, query="OCCLUDED")

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import keyed, vectors
+from ..core.clock import stage
 from .moved import tangents
 from .tracing import own_hits
 
@@ -31,6 +32,7 @@ BLURRED = np.float32(
 )  # sr⁻¹: after a bounce of smaller density nobody sees the bevel, so Cycles leaves it out
 
 
+@stage("", "rays from shading")
 def bevelled(lanes: Lanes, radius: Float32, samples: int, key: int, surface: Float32) -> Float32:
     """(3, n) unit normals, on the viewer's side; the `surface`'s where nothing is to be bevelled."""
     noise = lanes.noise

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
+from ..core.clock import stage
 from ..core.raykind import RayKind
 from .accel import FAR
 from .catcher import catch, note_sky
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 Float32 = NDArray[np.float32]
 
 
+@stage("emission")
 def found_by(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> Iterator[Found]:
     """What the rays have run into: the sky, emissive surfaces, lamps."""
     if scene.world.emits or scene.film_transparent:
@@ -92,6 +94,7 @@ def _radiance(scene: Scene, hit: Surface, path: PathState, lanes: NDArray[np.int
     return radiance
 
 
+@stage("emission", "lamps met by rays")
 def _lamp_emission(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> Iterator[Found]:
     """Lamps of any size that lie on the ray before its hit; they don't hide what is behind them."""
     t = np.where(found.surface == SKY, FAR, found.hits.t)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..bsdfs import transparent
 from ..core import vectors
+from ..core.clock import stage
 from .arrivals import Arrivals
 from .evaluated import evaluated
 from .geometry import SKY
@@ -24,6 +25,7 @@ Bool = NDArray[np.bool_]
 Int32 = NDArray[np.int32]
 
 
+@stage("emission", "holdouts")
 def cut_holes(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> None:
     """Take what holdouts hide of the throughput of rays that see the film off its coverage.
 

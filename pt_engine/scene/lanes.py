@@ -158,6 +158,12 @@ class Lanes:
         self.p, self.wi, self.ng = si.p, si.wi, si.ng
 
     @property
+    def batch(self) -> int:
+        """Number of the lanes' batch of materials."""
+        material = self.scene.geometry.surface_material[self.si.surface[0]]
+        return int(self.scene.materials.batch_of[material])
+
+    @property
     def view(self) -> View:
         """The camera's space and image."""
         return self.scene.view

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import vectors
+from ..core import clock, vectors
+from ..core.clock import stage
 from ..core.raykind import RayKind
 from ..core.uniforms import Uniforms
 from ..core.view import View
@@ -208,8 +209,11 @@ class Scene:
 
     # ------------------------------------------------------------------ the ray's end
 
+    @stage("surface")
     def intersect(self, rays: Rays, kind: str = "") -> Intersection:
         """Closest hits of all rays; one that is switched off misses. `kind` is for the count."""
+        if not kind:
+            clock.next_bounce()
         self.rays[kind or ("bounce" if self.rays else "camera")] += int(np.count_nonzero(rays.tfar > 0))
         if self.seen_apart:
             hits = nearer.closest(self.accel, *rays)
@@ -217,11 +221,13 @@ class Scene:
             hits = self.accel.intersect(rays.o, rays.d, rays.tfar)
         return Intersection(hits, self.geometry.surface.take(hits.prim, mode="wrap"))
 
+    @stage("surface")
     def surface(self, rays: Rays, found: Intersection, lanes: NDArray[np.intp]) -> Surface:
         """The hit points of some lanes, in the order of `lanes`."""
         o, d = rays.o.take(lanes, axis=1), rays.d.take(lanes, axis=1)
         return Surface(self.geometry, found.hits, lanes, o, d)
 
+    @stage("surface")
     def batch(self, found: Intersection) -> BatchNumbers:
         """Each lane's group number; `dead` where the ray left the scene or the surface only emits."""
         group: BatchNumbers = self._group_of_surface.take(found.surface)
@@ -252,6 +258,7 @@ class Scene:
 
     # ------------------------------------------------------------------ scattering
 
+    @stage("shade")
     def shade(self, si: Surface, path: PathState, spans: list[tuple[int, slice]]) -> ShadedBSDF:
         """The closures of each group on its span of lanes."""
         slices = []
@@ -259,17 +266,26 @@ class Scene:
         for number, span in spans:
             group = self.groups[number]
             lanes = Lanes(self, si.part(span), path.part(span), group.smooth)
-            closures = self.materials.batches[group.batch].closures(lanes)
-            if self.held is not None:
-                part = path.part(span)
-                closures = only_transparent(closures, held(self.held, part.clear, lanes.si.instance))
-            slices.append((span, SliceBSDF(closures, lanes, self.clear_glass)))
+            slices.append((span, self._shade_batch(lanes, group.batch, path.part(span))))
             if number < self.smooth_groups:
                 smooth_count = span.stop
         return ShadedBSDF(si.size, slices, smooth_count)
 
+    @stage("shade", batch=lambda scene, lanes, number, path: number)
+    def _shade_batch(self, lanes: Lanes, number: int, path: PathState) -> SliceBSDF:
+        """The closures of one batch; who runs a clock gets the vertices of each material."""
+        if (running := clock.running()) is not None:
+            counts = np.bincount(self.geometry.surface_material.take(lanes.si.surface))
+            for material in np.flatnonzero(counts):
+                running.vertices[int(material)] += int(counts[material])
+        closures = self.materials.batches[number].closures(lanes)
+        if self.held is not None:
+            closures = only_transparent(closures, held(self.held, path.clear, lanes.si.instance))
+        return SliceBSDF(closures, lanes, self.clear_glass)
+
     # ------------------------------------------------------------------ next-event estimation
 
+    @stage("emitter")
     def sample_emitter(self, si: Surface, u: Uniforms, path: PathState) -> LightSample:
         """One emitter and a point on it per lane; the weight is Le/pdf."""
         light = reach.restricted(self, self.lights.sample(si.p, si.ng, u), si, path)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..bsdfs.base import BSDF, Lobe, gather
 from ..core import frames, vectors
+from ..core.clock import stage
 from ..core.rows import scatter
 from ..core.uniforms import Uniforms
 from .bump_shadow import bump_shadow
@@ -102,6 +103,10 @@ class LocalFrame:
         return frames.to_world(s, t, n, w)
 
 
+def _batch(bsdf: SliceBSDF, *_: object) -> int:
+    return bsdf.lanes.batch
+
+
 class SliceBSDF:
     """The closures of one batch on its lanes."""
 
@@ -136,6 +141,7 @@ class SliceBSDF:
         scale: Float32 = np.reciprocal(np.maximum(total, np.float32(1e-20)))
         return [share * scale for share in raw]
 
+    @stage("eval", batch=_batch)
     def eval_pdf(self, wo: Float32, hidden: UInt8 | None = None) -> tuple[Float32, Float32]:
         """f·|cosθo| and pdf of world directions `wo`, of all closures together.
 
@@ -184,6 +190,7 @@ class SliceBSDF:
         same: NDArray[np.bool_] = vectors.dot(ng, wo) * cos_o > 0
         return same
 
+    @stage("bsdf", batch=_batch)
     def sample(self, u: Uniforms, out: Scattered) -> None:
         """Fill `out` with one direction per lane from uniforms `u` (3, N)."""
         if len(self.closures) == 1:
@@ -291,6 +298,7 @@ class ShadedBSDF:
         self.size, self.slices = size, slices
         self.smooth_count = smooth_count  # lanes [0, smooth_count) have more than Dirac lobes
 
+    @stage("eval")
     def eval_pdf(self, wo: Float32, hidden: UInt8 | None = None) -> tuple[Float32, Float32]:
         """f·|cosθo| (3, M) and pdf (M,) toward `wo` (3, M), for the first M = `smooth_count` lanes.
 
@@ -306,6 +314,7 @@ class ShadedBSDF:
                 value[:, span], pdf[span] = bsdf.eval_pdf(np.ascontiguousarray(wo[:, span]), here)
         return value, pdf
 
+    @stage("bsdf")
     def sample(self, u: Uniforms) -> Scattered:
         """One continuation per lane from uniforms `u` (3, N)."""
         n = self.size

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
+from ..core.clock import stage
 from ..core.raykind import RayKind
 from ..core.rows import scatter
 from .arrivals import Arrival, Arrivals
@@ -21,6 +22,7 @@ Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
 
 
+@stage("shadow", "shadows of transparent surfaces")
 def transmittance(
     scene: Scene,
     o: Float32,
