@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -19,6 +18,7 @@ from ..scene.snapshot import LightData
 from . import select
 from .base import FAR, NO_BARYCENTRIC, NO_LANES, Draw, Float32, Float64, Hits, Index, Lamp, LampShader
 from .cuts import LocalChoice
+from .description import Description
 from .environment import Environment
 from .faces import Faces
 from .many import Surfaces, crowd, local_choice
@@ -71,24 +71,6 @@ class LightSample(NamedTuple):
     barycentric: Float32 = NO_BARYCENTRIC
     place: Places = None
     hidden: NDArray[np.uint8] | None = None
-
-
-@dataclass(frozen=True)
-class Description:
-    """What shines in a scene; `counts` by kind: point, spot, sun, area, triangle, environment."""
-
-    counts: dict[str, int]
-    has_delta: bool
-    all_delta: bool
-    has_environment: bool
-    has_triangles: bool
-    meets_lamps: bool  # some ray that is not the camera's can meet a lamp
-    camera_meets_lamps: bool
-
-    @property
-    def total(self) -> int:
-        """Emitters with power."""
-        return sum(self.counts.values())
 
 
 class Lights:

@@ -89,6 +89,9 @@ def snapshot_bytes(snapshot: Snapshot) -> int:
         for a in (*vars(mesh).values(), *mesh.uvs.values(), *mesh.colors.values())
     ]
     arrays += [a for image in snapshot.images for a in (image.encoded, image.pixels)]
+    if snapshot.motion is not None:
+        arrays += [rows.matrix for rows in snapshot.motion.instances]
+        arrays += [a for mesh in snapshot.motion.meshes for a in (mesh.vertices, mesh.normals)]
     return sum({id(a): a.nbytes for a in arrays if isinstance(a, np.ndarray)}.values())
 
 

@@ -130,6 +130,22 @@ class Movement:
         )
 
 
+def beside(cameras: tuple[CameraData, ...], middle: CameraData, other: CameraData) -> tuple[CameraData, ...]:
+    """What another camera does that is fixed to a moving one, whose place in the middle is `middle`.
+
+    Its image is shifted by as many image widths as it is then, whatever the lens does.
+    """
+    apart = np.linalg.inv(middle.matrix) @ other.matrix
+    shift = (other.frame[0] - middle.frame[0]) / (middle.frame[1] - middle.frame[0])
+    moved = []
+    for camera in cameras:
+        left, right, bottom, top = camera.frame
+        across = shift * (right - left)
+        frame = left + across, right + across, bottom, top
+        moved.append(replace(camera, matrix=camera.matrix @ apart, frame=frame, stereo=other.stereo))
+    return tuple(moved)
+
+
 def between(steps: Float32, first: int, part: float) -> Float32:
     """(n, 3) what lies `part` of the way between two of some steps (K, n, 3)."""
     weight = np.float32(part)

@@ -79,7 +79,8 @@ def prepare(
     slices = Slices(motion, snapshot, rest, materials, shading_layers) if motion is not None else None
     view = view_of(snapshot.camera)
     selves = looking_at_themselves(snapshot, materials)
-    room = None if memory is None else memory - textures.statistics()["bytes"]
+    in_slices = 0 if slices is None else slices.bytes
+    room = None if memory is None else memory - textures.statistics()["bytes"] - in_slices
     apart = [*selves, *apart_from_others(snapshot), *([] if slices is None else slices.moving)]
     sharing = fitted(snapshot, may_share(snapshot, materials, apart), materials.needs, room)
     placed, accel, geometry = build(snapshot, sharing, slices)
@@ -123,7 +124,7 @@ def prepare(
     scene.features = features(snapshot, scene, film_transparent)
     scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
     scene.bytes = snapshot_bytes(snapshot) + need(snapshot, sharing, materials.needs).kept
-    scene.bytes += textures.statistics()["bytes"]
+    scene.bytes += textures.statistics()["bytes"] + in_slices
     if slices is not None:
         scene.slices = slices
         slices.start(scene, make_lights, triangles)

@@ -22,7 +22,7 @@ from ..emitters.triangle import TriangleEmitters
 from .accel import Accel
 from .attributes import Layer, appended, normal_layer, position_layer
 from .displace import Layers, displaced
-from .geometry import BOUND, FEW, Geometry, Placed, mirrors, pack_planes, place
+from .geometry import BOUND, FEW, PLANE, Geometry, Placed, mirrors, pack_planes, place
 from .movement import Movement, some_instances
 from .nearer import Nearer
 from .own import looking_at_themselves
@@ -39,6 +39,7 @@ Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
 MakeLights = Callable[..., Lights]
 
+PER_TRIANGLE = 130  # bytes of a slice: positions, records and Embree's own (docs/motion-blur.md)
 SHAPED = {  # attribute tables that follow a mesh's shape, and whether they show it before displacement
     "normal": (normal_layer, False),
     "position": (position_layer, False),
@@ -96,6 +97,11 @@ class Slices:
         links = snapshot.linking
         self._linking = None if links is None else links.of(slice(self._movement.first, None))
         self.triangles = sum(len(snapshot.meshes[snapshot.instances.mesh[k]].triangles) for k in self.moving)
+
+    @property
+    def bytes(self) -> int:
+        """What the slices in use at a time take, about: one for some threads, the next for the others."""
+        return 2 * PER_TRIANGLE * self.triangles
 
     def still(self, placed: Placed) -> tuple[Float32, Int32]:
         """Vertices and triangles that don't move, of those that are placed with records of their own."""
@@ -177,10 +183,10 @@ class Slices:
         span = slice(self._first, self._first + self.triangles)
         records = (still.records if few else still.records[span]).copy()
         tail = records[span] if few else records
-        for k in range(len(moved.instances.mesh)):
-            span = slice(placed.first_triangle[k], placed.first_triangle[k + 1])
-            flip = mirrors(moved.instances.matrix[k])
-            pack_planes(placed.vertices, placed.triangles[span], tail[span], flip)
+        pack_planes(placed.vertices, placed.triangles, tail[: self.triangles], flip=False)
+        for k, matrix in enumerate(moved.instances.matrix):
+            if mirrors(matrix):
+                tail[placed.first_triangle[k] : placed.first_triangle[k + 1], : PLANE + 1] *= -1
         if few:
             return replace(still, records=records)
         parts = {name: getattr(still, name) for name in Geometry.__dataclass_fields__}

@@ -12,6 +12,7 @@ from support.rooms import half_transparent
 
 from pt_engine.render.progressive import render
 from pt_engine.render.settings import RenderSettings
+from pt_engine.scene.memory import TooLarge
 from pt_engine.scene.prepare import prepare
 from pt_engine.scene.snapshot import Graph, Link, Node, Visibility
 
@@ -168,3 +169,15 @@ def test_what_some_rays_do_not_see():
     bits[1] &= ~np.uint8(Visibility.SHADOW | Visibility.DIFFUSE)
     snapshot = replace(snapshot, instances=replace(snapshot.instances, visibility=bits))
     assert_slice_is_that_moment(moving(snapshot, {0: PATH}))
+
+
+def test_what_slices_take_counts_for_the_scene():
+    """Two of them at a time, and the shapes at all times; with less memory than that nothing is built."""
+    ball = make.sphere(1.0, 48)
+    snapshot = stage((ball, PATH[1], GREY))
+    moved = moving(snapshot, {0: PATH}, {0: np.stack([ball.vertices] * 3)})
+    still, scene = prepare(snapshot), prepare(moved)
+    shapes, matrices = 3 * ball.vertices.nbytes, np.array(PATH).nbytes
+    assert scene.bytes == still.bytes + scene.slices.bytes + shapes + matrices
+    with pytest.raises(TooLarge):
+        prepare(moved, memory=still.bytes)

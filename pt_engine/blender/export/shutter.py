@@ -90,6 +90,8 @@ def may_move(scene) -> bool:
         return True
     if len(handlers.frame_change_pre) or len(handlers.frame_change_post):
         return True
+    if len(bpy.data.cache_files) or len(bpy.data.movieclips):  # what constraints follow
+        return True
     for owner in scene.objects:
         animations = [getattr(item, "animation_data", None) for item in (owner, owner.data)]
         if any(animation is not None and len(animation.drivers) for animation in animations):
