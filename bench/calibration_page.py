@@ -10,8 +10,8 @@ Results = dict[str, dict[str, Any]]
 
 HEAD = f"""# Are the errors true that a render tells?
 
-Made by `python -m bench.calibration` (half a minute of one core for each row of the first table; it goes on where it was stopped).
-Six scenes of {SIZE} × {SIZE} pixels, {SAMPLES} samples, paths of {DEPTH} edges, {SEEDS} seeds; the truth
+Made by `python -m bench.calibration` (half a minute of one core for each row of the
+first table; it goes on where it was stopped). Six scenes of {SIZE} × {SIZE} pixels, {SAMPLES} samples, paths of {DEPTH} edges, {SEEDS} seeds; the truth
 is the mean of the other seeds' renders. A part that is not in a table is not measured yet.
 
 ## The image's error
@@ -55,8 +55,8 @@ image (3.0 is exceeded by chance in 4 % of such tables).
 ADAPTIVE = f"""
 ## Adaptive sampling
 
-Efficiency 1 / (error × samples) against uniform sampling with as many samples, {FEW} seeds, at most {2 * SAMPLES}
-samples a pixel; above 1 adaptive sampling wins. It is off by default.
+Efficiency 1 / (error × samples) against uniform sampling with as many samples, {FEW} seeds, at most
+{2 * SAMPLES} samples a pixel; above 1 adaptive sampling wins. It is off by default.
 
 | scene | samples | gain in MSE | gain in relMSE |
 |---|---|---|---|"""
