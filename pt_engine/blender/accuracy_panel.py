@@ -7,7 +7,7 @@ import bpy
 from .object_panels import DataPanel
 from .panels import RenderPanel, listing
 from .record import Session
-from .words import duration, error_lines
+from .words import duration, error_lines, ledger_lines
 
 PASS_SWITCHES = ("use_pass_standard_error", "use_pass_sample_count", "use_pass_halves")
 
@@ -29,7 +29,13 @@ def prediction_section(layout, stats) -> None:
     layout.label(text=f"Half the error: about {duration(4 * stats['seconds']['render'])} of rendering")
 
 
-SECTIONS = (error_section, prediction_section)  # of the panel, from top to bottom
+def ledger_section(layout, stats) -> None:
+    """Where the time went, and a page with all of it."""
+    listing(layout, ledger_lines(stats))
+    layout.operator("pt_engine.open_report", icon="URL")
+
+
+SECTIONS = (error_section, prediction_section, ledger_section)  # of the panel, from top to bottom
 
 
 class PTENGINE_RENDER_PT_accuracy(RenderPanel, bpy.types.Panel):

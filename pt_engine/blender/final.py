@@ -10,8 +10,12 @@ from typing import Any
 import bpy
 
 from ..render import integrators  # noqa: F401  fills the registry
+from ..render.ledger import Ledger
+from ..render.memory import check_film, fitted, room, room_for_scene
 from ..render.progressive import render
 from ..render.stats import statistics
+from ..report.error_picture import error_picture
+from ..scene.memory import snapshot_bytes
 from ..scene.prepare import prepare
 from . import passes
 from .export import export_scene
@@ -34,18 +38,20 @@ def final_render(engine, depsgraph) -> None:
     size = engine.resolution_x, engine.resolution_y
     settings = settings_of(scene, *size)
     settings = replace(settings, half_buffers=passes.wants_halves(depsgraph.view_layer_eval))
+    check_film(settings, room(scene.pt_engine.memory_limit << 20))
 
     engine.update_stats("", "Exporting the scene")
-    snapshot = export_scene(depsgraph)
+    snapshot = export_scene(depsgraph, frame_set=engine.frame_set)
     exported = time.perf_counter() - started
     for view, seen in views(engine, depsgraph, snapshot, size):
         started = time.perf_counter() - exported  # the one export is part of each view's time
         engine.update_stats("", "Preparing the scene")
-        prepared = prepare(seen, settings.film_transparent, scene.pt_engine.texture_memory << 20)
+        prepared = prepared_to_fit(seen, settings, scene.pt_engine)
         record.coverage = tuple(dict.fromkeys(chain(record.coverage, prepared.coverage)))
         tell_coverage(engine, prepared.coverage, scene.pt_engine.strict)
-        if Session.observer.takes_over(prepared, settings):
+        if Session.observer.takes_over(prepared, settings, seen):
             return
+        settings = fitted(settings, room(scene.pt_engine.memory_limit << 20, prepared.bytes))
         stats = render_view(engine, depsgraph, prepared, settings, view)
         stats["seconds"]["export"] = exported
         stats["seconds"]["total"] = time.perf_counter() - started
@@ -54,6 +60,14 @@ def final_render(engine, depsgraph) -> None:
         exported = 0.0
     if scene.pt_engine.stats_path:
         write_json(bpy.path.abspath(scene.pt_engine.stats_path), record.statistics())
+
+
+def prepared_to_fit(snapshot, settings, own):
+    """The scene, placed so that it fits in what the machine has free, or in what the user allows."""
+    left = room(own.memory_limit << 20, snapshot_bytes(snapshot))
+    return prepare(
+        snapshot, settings.film_transparent, own.texture_memory << 20, room_for_scene(settings, left)
+    )
 
 
 def render_view(engine, depsgraph, prepared, settings, view: str) -> dict[str, Any]:
@@ -68,15 +82,20 @@ def render_view(engine, depsgraph, prepared, settings, view: str) -> dict[str, A
             meter.tell(progress)
             picture.show_progress(progress)
 
-        result = render(prepared, settings, on_progress, meter.should_stop)
+        ledger = Ledger()
+        result = render(prepared, settings, on_progress, meter.should_stop, ledger)
         for extra in passes.enabled(depsgraph.view_layer_eval):
             picture.fill(extra.name, extra.image(result.film))
         picture.show(result.image())
 
-    stats = statistics(prepared, settings, result)
+    stats = statistics(prepared, settings, result, ledger)
     frame = depsgraph.scene_eval.frame_current
     add_commands(stats["nonfinite"]["samples"], settings, bpy.data.filepath, frame, layer)
     stats["versions"]["blender"] = bpy.app.version_string
+    stats["view_layer"] = layer
+    Session.observer.on_film(result.film)
+    if not bpy.app.background:
+        engine.pt_record.error = error_picture(result.film)
     tell_nonfinite(engine, stats)
     return stats
 

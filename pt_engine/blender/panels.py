@@ -53,7 +53,7 @@ PROPERTY_PANELS = (
         "performance",
         "Performance",
         True,
-        ((RENDER, "threads_mode"), (RENDER, "threads"), (OWN, "texture_memory")),
+        ((RENDER, "threads_mode"), (RENDER, "threads"), (OWN, "texture_memory"), (OWN, "memory_limit")),
     ),
     (
         "simplify",

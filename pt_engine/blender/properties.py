@@ -163,6 +163,16 @@ class PTEngineSettings(bpy.types.PropertyGroup):
         soft_max=65536,
         max=1048576,
     )
+    memory_limit: IntProperty(
+        name="Memory Limit",
+        description="Megabytes that a render may take beside Blender itself; 0 for what is free. "
+        "Instances that would not fit are rendered without being placed, which is slower; what does not fit "
+        "even so is refused before it starts",
+        default=0,
+        min=0,
+        soft_max=1048576,
+        max=16777216,
+    )
     strict: BoolProperty(
         name="Strict",
         description="Refuse to render a scene with anything that is not rendered exactly, and list it",

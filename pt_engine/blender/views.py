@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from ..scene.snapshot import Snapshot, Stereo
+from ..scene.movement import beside
+from ..scene.snapshot import CameraData, Snapshot, Stereo
 from .export.camera import Eye, export_camera
 
 
@@ -28,7 +29,15 @@ def views(engine, depsgraph, snapshot: Snapshot, size: tuple[int, int]) -> Itera
         camera = (engine.camera_override or scene.camera).evaluated_get(depsgraph)
         eye = eye_of(engine, camera, view) if stereo else None
         seen = export_camera(camera, render, size=size, unsupported=[], eye=eye)
-        yield view.name, replace(snapshot, camera=seen)
+        yield view.name, through(snapshot, seen)
+
+
+def through(snapshot: Snapshot, camera: CameraData) -> Snapshot:
+    """The snapshot seen by another camera, which moves along with the scene's own."""
+    motion = snapshot.motion
+    if motion is not None:
+        motion = replace(motion, cameras=beside(motion.cameras, snapshot.camera, camera))
+    return replace(snapshot, camera=camera, motion=motion)
 
 
 def eye_of(engine, camera, view) -> Eye:

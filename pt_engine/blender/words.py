@@ -61,6 +61,31 @@ def estimated_error(error: dict) -> str:
     return text
 
 
+def ledger_lines(stats, most: int = 4) -> list[str]:
+    """Where a render's time went, from stats' `ledger`: its largest stages, effects and materials."""
+    books = (stats or {}).get("ledger")
+    if not books:
+        return []
+    whole = sum(stage["seconds"] for stage in books["stages"].values())
+    if whole <= 0:
+        return []
+
+    def share(rows) -> str:
+        return ", ".join(f"{name} {seconds / whole:.0%}" for name, seconds in list(rows)[:most])
+
+    lines = ["Time: " + share((name, stage["seconds"]) for name, stage in books["stages"].items())]
+    bounces = [f"{k}: {bounce['seconds'] / whole:.0%}" for k, bounce in enumerate(books["bounces"][:most])]
+    lines.append("Bounces " + ", ".join(bounces))
+    if books["effects"]:
+        lines.append("Effects: " + share(books["effects"].items()))
+    if books["materials"]:
+        rows = ((name, row["seconds"]) for name, row in books["materials"].items())
+        lines.append("Materials: " + share(rows))
+    if (lost := books["waiting"] / (books["threads"] * books["wall"] or 1)) > 0.1:
+        lines.append(f"Threads have waited {lost:.0%} of the time")
+    return lines
+
+
 def inexact(coverage) -> list:
     """The entries that are not exact."""
     return [entry for entry in coverage if entry.state != "exact"]

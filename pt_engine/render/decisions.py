@@ -17,6 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.clock import stage
 from .film import Film
 from .film_noise import around, drawn_half, relative_variance
 from .schedule import LARGEST_PASS, Decide, Step
@@ -49,6 +50,7 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
     least = max(LEAST, settings.min_samples)
     active = order
 
+    @stage("accuracy")
     def decide(done: int) -> Step:
         nonlocal active
         if done < least:

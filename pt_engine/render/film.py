@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.clock import stage
 from . import exact_sum
 from .film_error import ErrorEstimate, estimate_error
 from .film_moments import SQUARE_SCALE, Moments, Sums, moments_of
@@ -95,6 +96,7 @@ class Film:
 
     # ------------------------------------------------------------------ in
 
+    @stage("film")
     def add(
         self,
         pixels: slice | NDArray[np.integer],

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..core.clock import stage
 from ..core.samplers import SAMPLERS
 from .film_error import Z95
 
@@ -68,6 +69,7 @@ class Forecast:
         self.early: Prediction | None = None
         self._next, self._cost = float(FIRST_LOOK), 0.0
 
+    @stage("accuracy")
     def look(self, progress: Progress) -> None:
         """Take the error's measure if it is time for it."""
         samples = progress.camera_samples / progress.film.pixels

@@ -12,6 +12,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -22,11 +23,13 @@ from ..core.memory import kept_buffers
 from ..core.samplers import SAMPLERS
 from ..scene.prepare import finish
 from ..scene.scene import Scene
+from .catcher_film import CatcherFilm
 from .decisions import DECIDES, TELLS, decisions, relative_error
 from .film import Film
 from .film_error import ErrorEstimate
 from .forecast import Forecast
 from .integrator import INTEGRATORS, Integrator
+from .ledger import Ledger
 from .provenance import only_positive, origins
 from .schedule import WAIT, Unit, morton_order, units
 from .settings import RenderSettings
@@ -56,6 +59,7 @@ class Progress:
     nonfinite: list[dict[str, Any]] = field(default_factory=list)
     nonfinite_count: int = 0
     stopped: bool = False
+    caught: CatcherFilm | None = None  # where there are shadow catchers
     in_flight: int = 1  # units that are rendered at a time
     unit_lanes: int = 0  # of the last one
     forecast: Forecast = field(default_factory=Forecast)
@@ -101,7 +105,7 @@ class Progress:
 
     def image(self) -> Float32:
         """(height, width, 4) float32 of the window, bottom row first, alpha premultiplied."""
-        return self.film.image()
+        return self.film.image() if self.caught is None else self.caught.image()
 
 
 @dataclass
@@ -127,7 +131,7 @@ class RenderResult:
 
     def image(self) -> Float32:
         """(height, width, 4) float32 of the window, bottom row first, alpha premultiplied."""
-        return self.film.image()
+        return self.progress.image()
 
 
 def render(
@@ -135,6 +139,7 @@ def render(
     settings: RenderSettings,
     on_progress: Callable[[Progress], None] = lambda progress: None,
     should_stop: Callable[[], bool] = lambda: False,
+    ledger: Ledger | None = None,
 ) -> RenderResult:
     """Render until the samples, the time or the caller's patience are used up.
 
@@ -146,6 +151,8 @@ def render(
         Called in this thread after every unit of work.
     should_stop : callable
         Asked in this thread after every unit; what was rendered until then is kept.
+    ledger : Ledger, optional
+        Keeps the books of the time.
 
     Raises
     ------
@@ -153,9 +160,10 @@ def render(
         The integrator or the sampler named in `settings` is not registered.
     """
     x0, y0, x1, y1 = settings.window
-    order = morton_order(x1 - x0, y1 - y0)
     integrator = INTEGRATORS[settings.integrator](settings)
     positive = only_positive(scene, integrator)
+    worker = ready_worker(scene, settings, integrator)
+    order = np.concatenate(worker.groups(morton_order(x1 - x0, y1 - y0)))
     film = Film(
         *(x1 - x0, y1 - y0),
         key=film_key(settings),
@@ -164,17 +172,21 @@ def render(
         correlated=SAMPLERS[settings.sampler].correlated,
         halves=settings.half_buffers,
     )
-    worker = ready_worker(scene, settings, integrator)
     progress = Progress(film, settings, time.perf_counter())
+    progress.caught = CatcherFilm(film, order) if scene.has_catchers else None
     threads = settings.threads or os.cpu_count() or 1
     progress.in_flight = threads + 1 if threads > 1 else 1
     with kept_buffers():
-        work = units(settings, order, decisions(film, settings, order))
-        for result in in_parallel(worker, work, threads, lambda: progress.stopped or out_of_time(progress)):
-            deposit(progress, result)
-            progress.forecast.look(progress)
-            on_progress(progress)
-            progress.stopped = progress.stopped or should_stop()
+        asked = units(
+            settings, order, decisions(film, settings, order), split=worker.groups, aligned=worker.run
+        )
+        work = in_parallel(worker, asked, threads, lambda: is_over(progress), ledger)
+        with ledger.running(threads) if ledger else nullcontext():
+            for result in work:
+                deposit(progress, result)
+                progress.forecast.look(progress)
+                on_progress(progress)
+                progress.stopped = progress.stopped or should_stop()
         seconds = progress.elapsed
         progress.nonfinite = origins(scene, settings, progress.nonfinite, positive)
     return RenderResult(film, progress, seconds, stopped_by(progress))
@@ -195,6 +207,11 @@ def film_key(settings: RenderSettings) -> str:
     for name in HOW_MANY:
         del parts[name]
     return json.dumps(parts, sort_keys=True)
+
+
+def is_over(progress: Progress) -> bool:
+    """Whether it was stopped or has used up its time."""
+    return progress.stopped or out_of_time(progress)
 
 
 def stopped_by(progress: Progress) -> str:
@@ -223,7 +240,11 @@ def out_of_time(progress: Progress) -> bool:
 
 
 def in_parallel(
-    worker: Worker, work: Iterator[Unit | None], threads: int, stop: Callable[[], bool]
+    worker: Worker,
+    work: Iterator[Unit | None],
+    threads: int,
+    stop: Callable[[], bool],
+    ledger: Ledger | None = None,
 ) -> Iterator[UnitResult]:
     """Results in the order of the work, one unit per thread in flight; none is started after `stop`.
 
@@ -236,7 +257,8 @@ def in_parallel(
                 if stop():
                     return
         return
-    with ThreadPoolExecutor(threads, thread_name_prefix="pt_engine") as pool:
+    opened = ledger.open_on_thread if ledger else None
+    with ThreadPoolExecutor(threads, "pt_engine", opened) as pool:
         pending: deque[Future[UnitResult]] = deque()
         more, started, wait = True, False, False
         while more or pending:
@@ -261,6 +283,8 @@ def deposit(progress: Progress, result: UnitResult) -> None:
     """Add a unit's samples to the film; those that can't be are dropped there and remembered here."""
     unit = result.unit
     bad = progress.film.add(unit.pixels, unit.first, unit.spp, result.radiance, result.alpha)
+    if progress.caught is not None and result.caught is not None:
+        progress.caught.add(unit.pixels, unit.first, unit.spp, result.caught)
     for slot in bad[: max(0, REPORTED_NONFINITE - len(progress.nonfinite))]:
         sample, index = divmod(int(slot), len(unit.pixels))
         x0, y0, x1, _ = progress.settings.window

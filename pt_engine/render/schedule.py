@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from .settings import RenderSettings
 
+Pixels = NDArray[np.int32]
+
 
 class Unit(NamedTuple):
     """Pixels (their numbers in the window, row-major from the bottom) and a range of `spp` samples."""
@@ -37,16 +39,24 @@ LARGEST_PASS = 8  # samples: more gains nothing, and a unit of few pixels has in
 
 
 def units(
-    settings: RenderSettings, order: NDArray[np.int32], decide: Decide | None = None
+    settings: RenderSettings,
+    order: Pixels,
+    decide: Decide | None = None,
+    split: Callable[[Pixels], list[Pixels]] = lambda pixels: [pixels],
+    aligned: int = 0,
 ) -> Iterator[Unit | None]:
     """Every unit of the render, pass after pass; without end where samples are unlimited.
 
     Parameters
     ----------
     order : (n,) int32
-        The pixels of the window; a unit takes a run of it.
+        The pixels of the window.
     decide : callable, optional
         Samples done → the next step. It is asked after a WAIT, so the film then holds just what was done.
+    split : callable
+        Cuts pixels into groups; a unit takes a run of one of them.
+    aligned : int
+        No pass crosses a sample whose number is a multiple of this, unless it is 0.
     """
     done, until = 0, 0
     while settings.samples == 0 or done < settings.samples:
@@ -57,13 +67,16 @@ def units(
             if step.samples == 0 or order.size == 0:
                 return
         count = min(LARGEST_PASS, max(1, done), settings.lanes)
+        if aligned:
+            count = min(count, aligned - (settings.first_sample + done) % aligned)
         if settings.samples:
             count = min(count, settings.samples - done)
         if decide is not None:
             count = min(count, until - done)
-        parts = -(-len(order) // (settings.lanes // count))
-        for pixels in np.array_split(order, max(1, parts)):
-            yield Unit(pixels, settings.first_sample + done, count)
+        for group in split(order):
+            parts = -(-len(group) // (settings.lanes // count))
+            for pixels in np.array_split(group, max(1, parts)):
+                yield Unit(pixels, settings.first_sample + done, count)
         done += count
 
 

@@ -13,13 +13,16 @@ import numpy as np
 from .. import __version__
 from ..scene.scene import Scene
 from .forecast import Prediction
+from .ledger import Ledger
 from .progressive import RenderResult
 from .settings import RenderSettings
 
 SCHEMA = "pt_engine.stats/1"
 
 
-def statistics(scene: Scene, settings: RenderSettings, result: RenderResult) -> dict[str, Any]:
+def statistics(
+    scene: Scene, settings: RenderSettings, result: RenderResult, ledger: Ledger | None = None
+) -> dict[str, Any]:
     """All that the render itself knows, ready for JSON; the caller adds `export` and `write` seconds."""
     progress = result.progress
     x0, y0, x1, y1 = settings.window
@@ -44,6 +47,7 @@ def statistics(scene: Scene, settings: RenderSettings, result: RenderResult) -> 
         "peak_memory_bytes": peak_memory(),
         "nonfinite": {"count": progress.nonfinite_count, "samples": progress.nonfinite},
         "features": dict(scene.features),
+        "ledger": ledger.books(scene) if ledger else None,
         "error": result.error(),
         "stopped_by": result.stopped_by,
         "prediction": foretold(progress.forecast.early or progress.forecast.latest),

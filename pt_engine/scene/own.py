@@ -6,6 +6,7 @@ its plane (a box on a floor). So each object whose material asks has a small tre
 
 from __future__ import annotations
 
+import copy
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,6 +41,13 @@ class OwnObjects:
             if len(triangles):
                 low, high = int(np.min(triangles)), int(np.max(triangles)) + 1
                 self._trees[k] = Accel(placed.vertices[low:high].copy(), triangles - np.int32(low))
+
+    def with_last(self, placed: Placed, instances: list[int]) -> OwnObjects:
+        """The same with other trees for some of the last instances, which are all that `placed` has."""
+        joined, moved = copy.copy(self), OwnObjects(placed, instances)
+        shift = len(self._first) - len(placed.first_triangle)
+        joined._trees = self._trees | {k + shift: tree for k, tree in moved._trees.items()}
+        return joined
 
     def intersect(self, instance: Int32, o: Float32, d: Float32, tfar: Float32) -> Hits:
         """Closest hits of rays (3, N), each with its `instance` (N,) alone; see `Accel.intersect`."""
