@@ -10,9 +10,10 @@ Results = dict[str, dict[str, Any]]
 
 HEAD = f"""# Are the errors true that a render tells?
 
-Made by `python -m bench.calibration` (half a minute of one core for each row of the
-first table; it goes on where it was stopped). Six scenes of {SIZE} × {SIZE} pixels, {SAMPLES} samples, paths of {DEPTH} edges, {SEEDS} seeds; the truth
-is the mean of the other seeds' renders. A part that is not in a table is not measured yet.
+Made by `python -m bench.calibration` (half a minute of one core for each row of the first table; it
+goes on where it was stopped). Six scenes of {SIZE} × {SIZE} pixels, {SAMPLES} samples, paths of {DEPTH}
+edges, {SEEDS} seeds; the truth is the mean of the other seeds' renders. A part that is not in a table
+is not measured yet.
 
 ## The image's error
 
