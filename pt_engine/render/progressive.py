@@ -221,7 +221,7 @@ def stopped_by(progress: Progress) -> str:
         return "cancelled"
     if settings.samples and progress.camera_samples >= settings.samples * progress.film.pixels:
         return "samples"
-    if settings.seconds and progress.elapsed >= settings.seconds:
+    if out_of_time(progress):
         return "time"
     if settings.target_error:
         error = relative_error(progress.film, settings.target_percentile, DECIDES)
