@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ..scene.features import ON
+
 SUMMED = ("export", "build", "render", "write", "total")
 
 
@@ -47,6 +49,11 @@ class RenderRecord:
     coverage: tuple[Any, ...] = ()
     failure: str = ""
     error: Any = None  # of the last layer: the picture of its standard errors, where somebody may look at it
+
+    @property
+    def has_holes(self) -> bool:
+        """Whether a holdout may have cut holes into some layer."""
+        return any(layer["features"]["holdouts"] == ON for layer in self.layers.values())
 
     def statistics(self) -> dict[str, Any]:
         """Of the first layer; with several, times and rays are sums and `layers` has each."""

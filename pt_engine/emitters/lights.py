@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -16,15 +15,16 @@ from numpy.typing import NDArray
 from ..core.clock import stage
 from ..core.distributions import AliasTable
 from ..core.uniforms import Uniforms
-from ..scene.snapshot import LightData, Visibility
+from ..scene.snapshot import LightData
 from . import select
 from .base import FAR, NO_BARYCENTRIC, NO_LANES, Draw, Float32, Float64, Hits, Index, Lamp, LampShader
 from .cuts import LocalChoice
+from .description import Description
 from .environment import Environment
 from .faces import Faces
 from .many import Surfaces, crowd, local_choice
 from .parts import EnvironmentPart, Part, lamp_parts, traits
-from .restricted import Linking, Restrictions, Ways, restrictions
+from .restricted import Restrictions, Shown, Ways, restrictions
 from .triangle import TriangleEmitters
 
 LAMPS = ("point", "spot", "sun", "area")
@@ -72,41 +72,6 @@ class LightSample(NamedTuple):
     barycentric: Float32 = NO_BARYCENTRIC
     place: Places = None
     hidden: NDArray[np.uint8] | None = None
-
-
-class Shown(NamedTuple):
-    """Who sees what shines, beside what lamps say themselves.
-
-    Attributes
-    ----------
-    world : int
-        `Visibility` bits.
-    linking : Linking or None
-    apart : (S,) bool or None
-        By set of linked emitters: whether some objects cast no shadow in their light.
-    """
-
-    world: int = Visibility.ALL
-    linking: Linking | None = None
-    apart: NDArray[np.bool_] | None = None
-
-
-@dataclass(frozen=True)
-class Description:
-    """What shines in a scene; `counts` by kind: point, spot, sun, area, triangle, environment."""
-
-    counts: dict[str, int]
-    has_delta: bool
-    all_delta: bool
-    has_environment: bool
-    has_triangles: bool
-    meets_lamps: bool  # some ray that is not the camera's can meet a lamp
-    camera_meets_lamps: bool
-
-    @property
-    def total(self) -> int:
-        """Emitters with power."""
-        return sum(self.counts.values())
 
 
 class Lights:

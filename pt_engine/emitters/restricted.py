@@ -64,6 +64,23 @@ class Linking:
         return lit
 
 
+class Shown(NamedTuple):
+    """Who sees what shines, beside what lamps say themselves.
+
+    Attributes
+    ----------
+    world : int
+        `Visibility` bits.
+    linking : Linking or None
+    apart : (S,) bool or None
+        By set of linked emitters: whether some objects cast no shadow in their light.
+    """
+
+    world: int = Visibility.ALL
+    linking: Linking | None = None
+    apart: NDArray[np.bool_] | None = None
+
+
 class Ways(NamedTuple):
     """How rays came: `RayKind` bits, the instance last scattered at (−1: none), bounces, (n,) each.
 

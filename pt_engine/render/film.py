@@ -265,10 +265,10 @@ class Film:
         image = np.empty((self.pixels, 4), np.float32)
         for part in self._blocks():
             sums = self.sums(part)
-            count = np.maximum(sums.count, 1)
+            count = np.maximum(sums.samples, 1)
             image[part, :3] = (sums.total / count).T
             if self._alpha is None:
-                image[part, 3] = sums.count > 0
+                image[part, 3] = sums.samples > 0
             else:
                 image[part, 3] = self._alpha[self._gather(part)] / count
         return image.reshape(self.height, self.width, 4)
@@ -289,7 +289,7 @@ class Film:
         total = 0.0
         for part in self._blocks():
             sums = self.sums(part)
-            total += float((sums.total / np.maximum(sums.count, 1)).sum())
+            total += float((sums.total / np.maximum(sums.samples, 1)).sum())
         return total / (3 * self.pixels)
 
     def counts(self) -> NDArray[np.uint32]:

@@ -23,7 +23,7 @@ SQUARE_SCALE = 64.0  # squares of dim pixels need finer steps: exact for |x| in 
 class Sums(NamedTuple):
     """Of n pixels: samples (n,), sums (3, n), sums of squares (3, n) or of all channels (1, n); halves."""
 
-    count: UInt32
+    samples: UInt32
     total: Float64
     squares: Float64
     correlated: bool
@@ -34,7 +34,7 @@ class Sums(NamedTuple):
     def half(self, number: int) -> tuple[UInt32, Float64]:
         """Samples (n,) and their sums (3, n) of half 0 (A) or 1 (B)."""
         assert self.a is not None and self.b is not None and self.count_b is not None  # noqa: PT018
-        return (self.count - self.count_b, self.a) if number == 0 else (self.count_b, self.b)
+        return (self.samples - self.count_b, self.a) if number == 0 else (self.count_b, self.b)
 
 
 class Moments(NamedTuple):
@@ -64,23 +64,26 @@ class Moments(NamedTuple):
 
     def of(self, pixels: NDArray[np.intp]) -> Moments:
         """Those of some of the pixels."""
-        return Moments(*(x[..., pixels] for x in self))
+        return Moments(
+            *(self.mean[:, pixels], self.variance[:, pixels], self.samples[pixels], self.parts[pixels]),
+            *(self.spread[pixels], self.level[:, pixels]),
+        )
 
 
 def moments_of(sums: Sums) -> Moments:
     """Means, and variances as the samples allow."""
-    mean = sums.total / np.maximum(sums.count, 1)
+    mean = sums.total / np.maximum(sums.samples, 1)
     variance = sample_variance(sums, mean)
     spread = variance.sum(axis=0) / 3
     if sums.correlated:
-        return Moments(mean, half_variance(sums), sums.count, np.full_like(sums.count, 2), spread, mean)
-    variance[:, sums.count < 2] = np.nan
-    return Moments(mean, variance, sums.count, sums.count, spread, mean)
+        return Moments(mean, half_variance(sums), sums.samples, np.full_like(sums.samples, 2), spread, mean)
+    variance[:, sums.samples < 2] = np.nan
+    return Moments(mean, variance, sums.samples, sums.samples, spread, mean)
 
 
 def sample_variance(sums: Sums, mean: Float64) -> Float64:
     """s²/n: (3, n), or (1, n) of all channels together; 0 below two samples."""
-    n = np.maximum(sums.count, 1).astype(np.float64)
+    n = np.maximum(sums.samples, 1).astype(np.float64)
     # Σ(x − x̄)² = Σx² − n x̄²; what rounding makes negative is 0.
     products = sums.total * mean
     if len(sums.squares) == 1:
@@ -95,7 +98,7 @@ def half_variance(sums: Sums) -> Float64:
     (count_a, a), (count_b, b) = sums.half(0), sums.half(1)
     n_a, n_b = count_a.astype(np.float64), count_b.astype(np.float64)
     difference: Float64 = a / np.maximum(n_a, 1) - b / np.maximum(n_b, 1)
-    n = np.maximum(sums.count, 1)
+    n = np.maximum(sums.samples, 1)
     difference *= difference
     difference *= n_a * n_b / (n * n.astype(np.float64))
     difference[:, (n_a == 0) | (n_b == 0)] = np.nan

@@ -81,7 +81,8 @@ def level(moments: Moments, width: int) -> Float64:
     difference = own - neighbours
     brighter = difference[0] + difference[1] + difference[2]
     noise = 3 * TRUST * moments.spread.reshape(brighter.shape)
-    share = np.maximum(1 - noise / np.maximum(brighter**2, np.finfo(float).tiny), 0.0)
+    square = brighter**2
+    share = np.maximum(square - noise, 0.0) / np.maximum(square, np.finfo(float).tiny)
     difference *= np.where(brighter > 0, share, 1.0)
     return (neighbours + difference).reshape(3, -1)
 

@@ -59,10 +59,10 @@ class Progress:
     nonfinite: list[dict[str, Any]] = field(default_factory=list)
     nonfinite_count: int = 0
     stopped: bool = False
+    caught: CatcherFilm | None = None  # where there are shadow catchers
     in_flight: int = 1  # units that are rendered at a time
     unit_lanes: int = 0  # of the last one
     forecast: Forecast = field(default_factory=Forecast)
-    caught: CatcherFilm | None = None  # where there are shadow catchers
 
     @property
     def total_samples(self) -> int:
@@ -163,8 +163,7 @@ def render(
     integrator = INTEGRATORS[settings.integrator](settings)
     positive = only_positive(scene, integrator)
     worker = ready_worker(scene, settings, integrator)
-    groups = worker.groups(morton_order(x1 - x0, y1 - y0))
-    order = np.concatenate(groups)
+    order = np.concatenate(worker.groups(morton_order(x1 - x0, y1 - y0)))
     film = Film(
         *(x1 - x0, y1 - y0),
         key=film_key(settings),
@@ -178,7 +177,9 @@ def render(
     threads = settings.threads or os.cpu_count() or 1
     progress.in_flight = threads + 1 if threads > 1 else 1
     with kept_buffers():
-        asked = units(settings, *groups, aligned=worker.run, decide=decisions(film, settings, order))
+        asked = units(
+            settings, order, decisions(film, settings, order), split=worker.groups, aligned=worker.run
+        )
         work = in_parallel(worker, asked, threads, lambda: is_over(progress), ledger)
         with ledger.running(threads) if ledger else nullcontext():
             for result in work:

@@ -7,13 +7,15 @@ numbers depend on its pixel and number alone, and the film's sums are exact.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .settings import RenderSettings
+
+Pixels = NDArray[np.int32]
 
 
 class Unit(NamedTuple):
@@ -37,26 +39,32 @@ LARGEST_PASS = 8  # samples: more gains nothing, and a unit of few pixels has in
 
 
 def units(
-    settings: RenderSettings, *groups: NDArray[np.int32], aligned: int = 0, decide: Decide | None = None
+    settings: RenderSettings,
+    order: Pixels,
+    decide: Decide | None = None,
+    split: Callable[[Pixels], list[Pixels]] = lambda pixels: [pixels],
+    aligned: int = 0,
 ) -> Iterator[Unit | None]:
     """Every unit of the render, pass after pass; without end where samples are unlimited.
 
     Parameters
     ----------
-    groups : (n,) int32 each
-        The pixels of the window; a unit takes a run of one of them.
-    aligned : int
-        No pass crosses a sample whose number is a multiple of it, unless it is 0.
+    order : (n,) int32
+        The pixels of the window.
     decide : callable, optional
         Samples done → the next step. It is asked after a WAIT, so the film then holds just what was done.
+    split : callable
+        Cuts pixels into groups; a unit takes a run of one of them.
+    aligned : int
+        No pass crosses a sample whose number is a multiple of this, unless it is 0.
     """
     done, until = 0, 0
     while settings.samples == 0 or done < settings.samples:
         if decide is not None and done == until:
             yield WAIT
             step = decide(done)
-            until, groups = done + step.samples, grouped(step.pixels, groups)
-            if step.samples == 0 or step.pixels.size == 0:
+            until, order = done + step.samples, step.pixels
+            if step.samples == 0 or order.size == 0:
                 return
         count = min(LARGEST_PASS, max(1, done), settings.lanes)
         if aligned:
@@ -65,19 +73,11 @@ def units(
             count = min(count, settings.samples - done)
         if decide is not None:
             count = min(count, until - done)
-        for group in groups:
+        for group in split(order):
             parts = -(-len(group) // (settings.lanes // count))
             for pixels in np.array_split(group, max(1, parts)):
                 yield Unit(pixels, settings.first_sample + done, count)
         done += count
-
-
-def grouped(pixels: NDArray[np.int32], groups: Sequence[NDArray[np.int32]]) -> tuple[NDArray[np.int32], ...]:
-    """Pixels by the group that has them; empty groups are left out."""
-    if len(groups) == 1:
-        return (pixels,)
-    parts = (pixels[np.isin(pixels, group)] for group in groups)
-    return tuple(part for part in parts if part.size)
 
 
 def morton_order(width: int, height: int) -> NDArray[np.int32]:

@@ -21,6 +21,8 @@ from .arrivals import Arrival
 from .bevel import bevelled
 from .geometry import BOUND, EMITTER, INSTANCE, NORMAL, PLANE, Geometry
 from .moved import moved, steps
+from .raised_normal import raised_normal
+from .raycast import Met, raycast
 from .rest import at_rest, rest_steps
 from .tracing import open_share
 
@@ -209,9 +211,15 @@ class Lanes:
         """(n,) see `tracing.open_share`."""
         return open_share(self, normal, distance, samples, local, key)
 
-    def bevelled(self, radius: Float32, samples: int, key: int) -> Float32:
+    def bevelled(self, radius: Float32, samples: int, key: int, surface: Float32) -> Float32:
         """(3, n) see `bevel.bevelled`."""
-        return bevelled(self, radius, samples, key)
+        return bevelled(self, radius, samples, key, surface)
+
+    def raycast(
+        self, position: Float32, direction: Float32, reach: Float32, local: bool, names: tuple[str, ...]
+    ) -> Met | None:
+        """See `raycast.raycast`."""
+        return raycast(self, position, direction, reach, local, names)
 
     @cached_property
     def footprint(self) -> Float32:
@@ -243,6 +251,14 @@ class Lanes:
         if len(lost):
             n[:, lost] = self.ng.take(lost, axis=1)
         return n
+
+    def raised(self, normal: Float32 | None) -> Float32:
+        """(3, n) a normal (None: `ns`) as glossy closures use it: see `raised_normal`."""
+        return self._raised_ns if normal is None else raised_normal(self.ng, self.wi, normal)
+
+    @cached_property
+    def _raised_ns(self) -> Float32:
+        return raised_normal(self.ng, self.wi, self.ns)
 
     def object_normal(self) -> Float32:
         """(3, n) interpolated shading normal in object space (unnormalised); needs `smooth`."""

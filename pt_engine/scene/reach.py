@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.raykind import RayKind
-from ..emitters.lights import LightSample, Shown
-from ..emitters.restricted import SEEN_AS, Linking, Ways
+from ..emitters.lights import LightSample
+from ..emitters.restricted import SEEN_AS, Linking, Shown, Ways
 from .sighted import SETS
 from .snapshot import Snapshot, Visibility
 

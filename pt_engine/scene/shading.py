@@ -23,7 +23,6 @@ from .bump_shadow import bump_shadow
 from .clear_glass import clear
 from .hidden_light import sees
 from .lanes import Lanes
-from .raised_normal import raised_normal
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -126,7 +125,7 @@ class SliceBSDF:
         if key not in self._frames:
             normal = self.lanes.ns if closure.normal is None else closure.normal
             if specular:
-                normal = raised_normal(self.lanes.ng, self.lanes.wi, normal)
+                normal = self.lanes.raised(closure.normal)
             self._frames[key] = LocalFrame(normal, self.lanes.wi, closure.tangent)
         return self._frames[key]
 

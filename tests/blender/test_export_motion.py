@@ -210,3 +210,19 @@ def test_a_rolling_shutter_is_named(scene):
     assert [what for _, what, _ in blurred()[0].unsupported] == ["rolling shutter"]
     scene.render.use_motion_blur = False
     assert blurred()[0].unsupported == ()
+
+
+def test_links_follow_the_instances_that_stay_and_moving_catchers_are_named(scene):
+    """A particle is left out, and with it its row of the links."""
+    test_particles_that_are_born_meanwhile_are_not_there(scene)
+    lamp = add(bpy.data.lights.new("Lamp", "POINT"))
+    receivers = bpy.data.collections.new("Receivers")
+    receivers.objects.link(bpy.data.objects["Grain"])
+    lamp.light_linking.receiver_collection = receivers
+    mover(is_shadow_catcher=True)
+    snapshot, _ = blurred()
+    assert snapshot.linking is not None
+    assert len(snapshot.linking.receiver) == len(snapshot.instances.names)
+    assert ("Object Mover", "motion blur of a shadow catcher") in [
+        entry[:2] for entry in snapshot.unsupported
+    ]

@@ -1,4 +1,4 @@
-"""Extremes that a user can ask for: images of 1 and of 268 million pixels, layers by the hundred, render after render."""
+"""Extremes that a user can ask for: images of 1 and of 268 million pixels, hundreds of layers and renders."""
 
 from __future__ import annotations
 

@@ -323,7 +323,24 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+QUICK = {
+    "cube unseen by camera",
+    "box unseen by all but shadows",
+    "lamp unseen by glossy",
+    "shining cube unseen by diffuse",
+    "world unseen by glossy",
+    "veil held out",
+    "clear film behind rough glass",
+    "sun for 1 bounces",
+    "lamp on floor but not on cube",
+    "many lamps on some",
+    "lamp not shaded by cube",
+    "floor catches shadows on a clear film",
+}
+ALL = [pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in CASES]
+
+
+@pytest.mark.parametrize("name", ALL)
 def test_the_room_looks_as_in_cycles(name, tmp_path):
     scene = room()
     CASES[name](scene)

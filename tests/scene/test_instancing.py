@@ -10,13 +10,16 @@ from support import scenes as make
 from support.hits import column, lanes_of, placed, random_directions, rotation, shoot, unit
 from support.motion import moving
 
+from pt_engine.core.raykind import RayKind
 from pt_engine.render.path_state import leave
 from pt_engine.render.progressive import render
 from pt_engine.render.settings import RenderSettings
 from pt_engine.scene import instancing
-from pt_engine.scene.accel import MISS
+from pt_engine.scene.accel import FAR, MISS
 from pt_engine.scene.box_tree import BoxTree
 from pt_engine.scene.prepare import prepare
+from pt_engine.scene.snapshot import Visibility
+from pt_engine.scene.wave import Rays
 
 CAMERA = make.perspective((0, -5, 0), (0, 0, 0))
 GREY, RED = make.diffuse(0.5), make.diffuse((0.8, 0.1, 0.1))
@@ -240,3 +243,31 @@ def test_motion_among_shared_instances(way):
     close = np.isclose(ours, theirs, rtol=1e-3, atol=1e-3).all(axis=-1)
     assert close.mean() > 0.95  # rounding may send a path elsewhere
     assert theirs[..., :3].std() > 0.01
+
+
+def test_what_some_rays_do_not_see_has_triangles_of_its_own(way):
+    """Kinds of rays find the same among shared instances: those that they do not see are not shared."""
+    snapshot = crowd()
+    bits = snapshot.instances.visibility.copy()
+    bits[1::3] &= ~np.uint8(Visibility.CAMERA)
+    bits[2::5] &= ~np.uint8(Visibility.SHADOW)
+    snapshot = replace(snapshot, instances=replace(snapshot.instances, visibility=bits))
+    one, other = prepare(snapshot), way(snapshot)
+    assert other.geometry.shared is not None
+    o, d = rays(20_000, 11)
+    o, d = column(o - one.geometry.origin), unit(d)
+    for kind, bit in ((RayKind.CAMERA, Visibility.CAMERA), (RayKind.DIFFUSE, Visibility.DIFFUSE)):
+        found = [
+            s.intersect(Rays(o, d, np.full(o.shape[1], FAR, np.float32), kind)).hits for s in (one, other)
+        ]
+        who = [
+            s.geometry.instance_of(hits, np.arange(o.shape[1]))
+            for s, hits in zip((one, other), found, strict=True)
+        ]
+        met = (found[0].prim != MISS) & (found[1].prim != MISS)
+        assert np.count_nonzero((found[0].prim == MISS) != (found[1].prim == MISS)) <= 10
+        assert np.count_nonzero(who[0][met] != who[1][met]) <= 10  # rays along an edge that two share
+        assert ((bits[who[1][met]] & bit) != 0).all()
+    far = np.full(o.shape[1], 3, np.float32)
+    clear = [s.accel.visible(o, d, far.copy()) for s in (one, other)]
+    assert np.count_nonzero(clear[0] != clear[1]) <= 10

@@ -14,7 +14,7 @@ from pt_engine.render.progressive import render
 from pt_engine.render.settings import RenderSettings
 from pt_engine.scene.memory import TooLarge
 from pt_engine.scene.prepare import prepare
-from pt_engine.scene.snapshot import Graph, Link, Node
+from pt_engine.scene.snapshot import Graph, Link, Node, Visibility
 
 UP = np.eye(4)
 CAMERA = make.perspective((0, -6, 3), (0, 0, 0.5), 0.5)
@@ -170,3 +170,14 @@ def test_what_slices_take_counts_for_the_scene():
     assert scene.bytes == still.bytes + scene.slices.bytes + shapes + matrices
     with pytest.raises(TooLarge):
         prepare(moved, memory=still.bytes)
+
+
+def test_what_some_rays_do_not_see():
+    """One that moves and one that stands still, each hidden from kinds of rays."""
+    still = (make.box(0.7), make.translation(1.5, 0, 0.5), make.diffuse((0.9, 0.2, 0.1)))
+    snapshot = stage((make.box(1.0), PATH[1], make.diffuse((0.1, 0.8, 0.3))), still)
+    bits = snapshot.instances.visibility.copy()
+    bits[0] &= ~np.uint8(Visibility.CAMERA)
+    bits[1] &= ~np.uint8(Visibility.SHADOW | Visibility.DIFFUSE)
+    snapshot = replace(snapshot, instances=replace(snapshot.instances, visibility=bits))
+    assert_slice_is_that_moment(moving(snapshot, {0: PATH}))

@@ -2,10 +2,10 @@
 
     python -m support.blend_fuzz COUNT [SEED]     prints how many ended in which way
 
-Files are tried one after another in a process, which is started anew when it dies. Blender itself may die of
-such a file, as it opens or evaluates it or is asked for what it has read (numpy does not): that is counted, and
-not ours. While a scene is prepared and rendered only our own libraries are at work, and whatever was read, the
-end has to be a picture or a clear error.
+Files are tried one after another in a process, which is started anew when it dies. Blender itself may die
+of such a file, as it opens or evaluates it or is asked for what it has read (numpy does not): that is
+counted, and not ours. While a scene is prepared and rendered only our own libraries are at work, and
+whatever was read, the end has to be a picture or a clear error.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ def render_command(arguments) -> None:
     rendered = time.perf_counter()
     save_exr(arguments.output, scene)
     if arguments.png:
-        save_png(arguments.png, scene)
+        save_png(arguments.png, scene, record.has_holes)
     statistics = record.statistics()
     statistics["seconds"]["write"] = time.perf_counter() - rendered
     statistics["seconds"]["total"] = time.perf_counter() - started

@@ -14,8 +14,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...scene.movement import some_instances
-from ...scene.snapshot import CameraData, InstanceMotion, Instances, MeshData, MeshMotion, Motion
+from ...scene.snapshot import (
+    CameraData,
+    InstanceMotion,
+    Instances,
+    MeshData,
+    MeshMotion,
+    Motion,
+    Visibility,
+)
 from .camera import export_camera
 from .meshes import read, shading_normals
 from .shutter import Shutter, deforms, steps_of
@@ -97,15 +104,15 @@ class MotionReader:
             shape.problem = "adaptive subdivision: sharp where it deforms"
         return shape
 
-    def read(self, camera, middle: CameraData, render, size) -> tuple[Motion | None, Instances]:
-        """The motion, and the instances without particles that come or go.
+    def read(self, camera, middle: CameraData, render, size) -> tuple[Motion | None, np.ndarray]:
+        """The motion, and the rows of the instances that stay: all but particles that come or go.
 
         `camera` is the evaluated camera, `middle` what it is now; `render` and `size` are for its framing.
         """
         of_camera = steps_of(camera, None)
         finest = max([mover.steps for mover in self.movers.values()] + [of_camera])
         if not finest:
-            return None, self.instances
+            return None, np.arange(len(self.instances.mesh))
         cameras: dict[int, CameraData] = {}
         original = camera.original
         for time in range(finest):
@@ -118,13 +125,13 @@ class MotionReader:
                 there = original.evaluated_get(self.depsgraph)
                 cameras[time] = export_camera(there, render, size=size, unsupported=[])
         self.shutter.go(0.0)
-        instances, moved = self.moved(finest)
+        kept, moved = self.moved(finest)
         shapes = (self.deformed(number, shape, finest) for number, shape in self.shapes.items())
         meshes = tuple(shape for shape in shapes if shape is not None)
         path = tuple(cameras[time] for time in sorted(cameras))
         path = path if any(not same(middle, other) for other in path) else ()
         still = not (moved or meshes or path)
-        return None if still else Motion(self.shutter.openness, moved, meshes, path), instances
+        return None if still else Motion(self.shutter.openness, moved, meshes, path), kept
 
     def look(self, time: int, finest: int) -> None:
         """Where everything is now, which is one of the times that are looked at."""
@@ -160,8 +167,8 @@ class MotionReader:
         finally:
             owner.to_mesh_clear()
 
-    def moved(self, finest: int) -> tuple[Instances, tuple[InstanceMotion, ...]]:
-        """The instances that are rendered, and the paths of those that move, by their number of steps."""
+    def moved(self, finest: int) -> tuple[np.ndarray, tuple[InstanceMotion, ...]]:
+        """Rows of instances that are rendered, and the paths of those that move, by their number of steps."""
         paths: dict[int, list[tuple[int, np.ndarray]]] = {}
         gone = []
         for key, mover in self.movers.items():
@@ -185,7 +192,18 @@ class MotionReader:
             InstanceMotion(place[[row for row, _ in rows]], np.array([path for _, path in rows]))
             for rows in paths.values()
         )
-        return (some_instances(self.instances, kept) if gone else self.instances), motions
+        self.note_catchers(row for rows in paths.values() for row, _ in rows)
+        return kept, motions
+
+    def note_catchers(self, moving) -> None:
+        """Name the shadow catchers among the rows `moving`."""
+        for name in sorted({self.instances.names[row] for row in moving if self.catches(row)}):
+            effect = "what it would be without shadows stands in the middle of the shutter's time"
+            self.unsupported.append((f"Object {name}", "motion blur of a shadow catcher", effect))
+
+    def catches(self, row: int) -> bool:
+        """Whether an instance is a shadow catcher."""
+        return bool(int(self.instances.visibility[row]) & Visibility.CATCHER)
 
     def note_absent(self, row: int) -> None:
         """Say what becomes of an instance that is not there all the time."""

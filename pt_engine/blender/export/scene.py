@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from ...scene.movement import some_instances
 from ...scene.snapshot import Snapshot
 from .camera import export_camera
 from .dicing import Dicing
@@ -54,10 +55,13 @@ def export_moment(depsgraph, camera, size, shutter: Shutter, frame: int) -> Snap
     instances = collector.run()
     world = export_world(scene, view_layer, depsgraph, images)
     unsupported += scene_wide(depsgraph, scene)
+    linking = collector.linking
     motion, framed = None, export_camera(camera, scene.render, size=size, unsupported=unsupported)
     if shutter.on:
         reader = MotionReader(depsgraph, shutter, collector.rows, instances, collector.meshes)
-        motion, instances = reader.read(camera, framed, scene.render, size)
+        motion, kept = reader.read(camera, framed, scene.render, size)
+        instances = some_instances(instances, kept)
+        linking = None if linking is None else linking.of(kept)
         unsupported += reader.unsupported
     return Snapshot(
         meshes=tuple(collector.meshes),
@@ -75,7 +79,7 @@ def export_moment(depsgraph, camera, size, shutter: Shutter, frame: int) -> Snap
         unsupported=tuple(dict.fromkeys(unsupported)),
         ocio_config=ocio_config(),
         world_visibility=world_visibility(scene, view_layer),
-        linking=collector.linking,
+        linking=linking,
         clear_glass=clear_glass(scene),
     )
 

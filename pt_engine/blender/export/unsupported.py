@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import bpy
 
+from ...scene.snapshot import UNLIMITED
+
 
 def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
     """Entries (where, what, effect) about the scene and its objects."""
@@ -12,6 +14,7 @@ def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
         *shadow_caustics(depsgraph),
         *texture_settings(scene),
         *light_groups(depsgraph),
+        *world_bounces(depsgraph, scene),
         *(entry for owner in depsgraph.objects for entry in of_object(owner)),
     ]
 
@@ -33,6 +36,13 @@ def shadow_caustics(depsgraph):
     if marked("is_caustics_caster") and marked("is_caustics_receiver"):
         effect = "light refracted onto receivers is missing, or noisy where lamps have a size"
         yield ("Scene", "shadow caustics", effect)
+
+
+def world_bounces(depsgraph, scene):
+    """A world that is to light only what few bounces lead to."""
+    world = getattr(depsgraph.view_layer, "world_override", None) or scene.world
+    if getattr(getattr(world, "cycles", None), "max_bounces", UNLIMITED) < UNLIMITED:
+        yield (f"World {world.name}", "max bounces", "its light counts after any number of bounces")
 
 
 def light_groups(depsgraph):
@@ -59,8 +69,10 @@ def texture_settings(scene):
 
 
 def of_object(owner):
-    """Hair strands."""
+    """Hair strands, and cosines bent at the shadow terminator."""
     where = f"Object {owner.name}"
+    if owner.type == "MESH" and getattr(owner, "shadow_terminator_shading_offset", 0.0) > 0.0:
+        yield (where, "shadow terminator shading offset", "light fades with its own cosine")
     for modifier in owner.modifiers:
         if modifier.type == "PARTICLE_SYSTEM" and modifier.show_render:
             settings = modifier.particle_system.settings
