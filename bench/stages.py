@@ -82,6 +82,7 @@ def stages(blend: Path, sampler: str = "independent", passes: int = 6) -> dict[s
         "vertices_per_sample": vertices / samples,
         "rays_per_sample": rays,
         "samples_per_cpu_second": 1 / plain,
+        "ledger_costs": total(best) / samples / plain - 1,
         "embree_only_samples_per_cpu_second": 1 / embree,
         "embree_share": embree / plain,
     }
