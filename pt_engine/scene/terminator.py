@@ -49,7 +49,7 @@ class Terminator:
 
     def __init__(self, cutoff: Float32, smooth: NDArray[np.bool_]) -> None:
         self.cutoff = cutoff
-        self.widest = np.float32(cutoff.max())
+        self.widest = np.float32(np.max(cutoff))
         self.everywhere = bool((cutoff[smooth] > 0).all())  # where there are shading normals
 
     @classmethod

@@ -1,6 +1,6 @@
 """Coarse smooth meshes where light grazes: Cycles' picture, with its default geometry offset and without.
 
-The two have the same noise-free lamps, one sample's jitter apart, so that steps of the shadow show as they are.
+Lamps of a single direction make no noise, so that steps of the shadow show as they are.
 """
 
 import numpy as np
