@@ -39,6 +39,10 @@ def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[s
             "few emitters are in the scene's own space",
         ),
         "shading normals": (bool(geometry.surface_smooth.any()), "every face is flat"),
+        "curved shadow terminators": (
+            scene.terminator is not None,
+            "no smooth mesh has a geometry offset",
+        ),
         "transparent surfaces": (scene.transparent_surfaces, "no visible material is transparent"),
         "transparent film": (film_transparent, "the sky is part of the image"),
         "holdouts": (scene.holds_out, "no visible material or object is one"),

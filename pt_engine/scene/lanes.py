@@ -43,6 +43,8 @@ class Surface:
         Position (recentred world), geometric normal on the viewer's side, direction to the viewer.
     bound : (N,) float32
         How far along `ng` a new ray must start to be clear of rounding.
+    ns : (3, N) float32
+        Shading normal on the viewer's side; `ng` unless `Scene.shade` has noted it.
     facing : (N,) float32
         Cosine between the face's own normal and `wi`; negative where the viewer is behind the face.
     """
@@ -66,12 +68,14 @@ class Surface:
         p -= self.ng * (vectors.dot(self.ng, p) - record[PLANE])
         self.p: Float32 = p
         self.ng *= np.copysign(np.float32(1), self.facing)
+        self.ns = self.ng
 
     def part(self, span: slice) -> Surface:
         """A view of consecutive lanes."""
         part = copy.copy(self)
         part._lanes, part.prim = self._lanes[span], self.prim[span]
         part.p, part.ng, part.wi = self.p[:, span], self.ng[:, span], self.wi[:, span]
+        part.ns = part.ng if self.ns is self.ng else self.ns[:, span]
         part.bound, part.facing = self.bound[span], self.facing[span]
         part._instance = None if self._instance is None else self._instance[span]
         part.size = len(part.prim)
@@ -82,6 +86,7 @@ class Surface:
         part = copy.copy(self)
         part._lanes, part.prim = self._lanes.take(index), self.prim.take(index)
         part.p, part.ng, part.wi = (a.take(index, axis=1) for a in (self.p, self.ng, self.wi))
+        part.ns = part.ng if self.ns is self.ng else self.ns.take(index, axis=1)
         part.bound, part.facing = self.bound.take(index), self.facing.take(index)
         part._instance = None if self._instance is None else self._instance.take(index)
         part.size = len(index)
@@ -251,6 +256,17 @@ class Lanes:
         if len(lost):
             n[:, lost] = self.ng.take(lost, axis=1)
         return n
+
+    @cached_property
+    def horizon(self) -> Float32:
+        """(3, n) normal of the horizon below which no emitter shines: `ns` where shadow rays follow it."""
+        terminator = self.scene.terminator
+        if terminator is None or not self.smooth:
+            return self.ng
+        if terminator.everywhere:
+            return self.ns
+        curved = terminator.cutoff.take(self.si.instance) > 0
+        return np.where(curved, self.ns, self.ng)
 
     def raised(self, normal: Float32 | None) -> Float32:
         """(3, n) a normal (None: `ns`) as glossy closures use it: see `raised_normal`."""
