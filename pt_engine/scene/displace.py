@@ -47,6 +47,8 @@ def displaced(snapshot: Snapshot, materials: Materials, layers: Layers) -> Snaps
     meshes = list(snapshot.meshes)
     numbers, first = np.unique(snapshot.instances.mesh, return_index=True)
     for m, k in zip(numbers, first, strict=True):
+        if m >= len(meshes):
+            continue  # curves and points don't move, as in Cycles
         material = triangle_materials(meshes[m], snapshot.instances.materials[k])
         moving = [int(x) for x in np.unique(material) if int(x) in materials.displacement]
         if moving:

@@ -13,7 +13,7 @@ from ..core import vectors
 from ..core.raykind import RayKind
 from .accel import FAR
 from .evaluated import evaluated
-from .geometry import SKY
+from .geometry import NO_EMITTER, SKY
 from .holdout import cut_holes
 from .lanes import Surface
 from .sky_lanes import SkyLanes
@@ -42,7 +42,8 @@ def found_by(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> 
         yield from _lamp_emission(scene, rays, found, path)
     if scene.holds_out:  # after the lamps before a holdout, ahead of what it covers
         cut_holes(scene, rays, found, path)
-    if scene.lights.description.has_triangles:
+    round_ = scene.geometry.rounds is not None  # what is round may shine, and is no emitter to sample
+    if scene.lights.description.has_triangles or round_:
         lit = np.flatnonzero(scene.surface_emits.take(found.surface))
         if len(lit):
             yield _surface_emission(scene, lit, scene.surface(rays, found, lit), path)
@@ -60,7 +61,13 @@ def _leave_film_clear(scene: Scene, escaped: NDArray[np.intp], path: PathState) 
 
 def _surface_emission(scene: Scene, lit: NDArray[np.intp], hit: Surface, path: PathState) -> Found:
     distance = hit.t + path.travelled.take(lit) if scene.transparent_surfaces else hit.t
-    pdf = scene.lights.pdf_triangle(hit.emitter, distance, np.abs(hit.facing), path.places(lit))
+    emitter, sampled = hit.emitter, None
+    if scene.geometry.rounds is not None:
+        sampled = emitter != NO_EMITTER
+        emitter = np.maximum(emitter, 0)
+    pdf = scene.lights.pdf_triangle(emitter, distance, np.abs(hit.facing), path.places(lit))
+    if sampled is not None:
+        pdf *= sampled
     return Found(lit, _radiance(scene, hit, path, lit), pdf, "surface")
 
 

@@ -8,14 +8,17 @@ mesh and are shared by its instances; `lanes.Lanes` looks them up only for progr
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .snapshot import Instances, MeshData, Snapshot
+
+if TYPE_CHECKING:
+    from .rounds import Rounds
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
@@ -55,6 +58,8 @@ class Geometry:
         Triangles with vertices that are not finite, or beyond 10¹⁸, made unhittable.
     first_triangle : (I + 1,) int64
         Where each instance's triangles begin.
+    rounds : Rounds or None
+        What the last triangles are only the hulls of: curves and points.
     """
 
     origin: Float64
@@ -67,6 +72,7 @@ class Geometry:
     surface_smooth: NDArray[np.bool_]
     first_triangle: NDArray[np.int64]
     dropped: int
+    rounds: Rounds | None = None
 
     def __post_init__(self) -> None:
         few = len(self.records) <= FEW
@@ -195,7 +201,14 @@ class SurfaceTable:
         return self._number[key]
 
 
-def bounds(meshes: tuple[MeshData, ...], instances: Instances) -> tuple[Float64, float]:
+class HasVertices(Protocol):
+    """A mesh, or as much of one as `bounds` asks for."""
+
+    @property
+    def vertices(self) -> Float32: ...
+
+
+def bounds(meshes: Sequence[HasVertices], instances: Instances) -> tuple[Float64, float]:
     """Centre of the instances' bounding box, and the radius around it (float64, usable vertices only)."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     boxes = [_box(mesh.vertices) for mesh in meshes]

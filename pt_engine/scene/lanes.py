@@ -22,6 +22,7 @@ from .bevel import bevelled
 from .geometry import BOUND, EMITTER, INSTANCE, NORMAL, PLANE, Geometry
 from .moved import moved, steps
 from .rest import at_rest, rest_steps
+from .round_lanes import OnRounds, along_hair, generated_on_rounds, on_rounds
 from .tracing import open_share
 
 if TYPE_CHECKING:
@@ -34,6 +35,11 @@ SAME_PLACE = 1e-9  # squared distance up to which a portal leads nowhere else, a
 
 class Surface:
     """Hit points of a set of lanes, one column each. What few programs read is gathered when asked for.
+
+    On a curve or a point (`rounds`) that is what is round itself, not the hull that Embree has found: `ng` is the
+    tube's or the sphere's normal, that of a ribbon as if it were round (n = v b + √(1 − v²) b × T with the tangent
+    T, b = T × wi / |T × wi| and v from −1 to 1 across it, so that Principled Hair's h = −n·b is −v), `u` the way
+    along the piece, `v` as above; on tubes and spheres 0.
 
     Attributes
     ----------
@@ -63,6 +69,8 @@ class Surface:
         p -= self.ng * (vectors.dot(self.ng, p) - record[PLANE])
         self.p: Float32 = p
         self.ng *= np.copysign(np.float32(1), self.facing)
+        if geometry.rounds is not None:
+            geometry.rounds.settle(self, o)
 
     def part(self, span: slice) -> Surface:
         """A view of consecutive lanes."""
@@ -279,7 +287,20 @@ class Lanes:
     def generated(self) -> Float32:
         """(3, n) Generated coordinates."""
         si = self.si
-        return self.scene.layer("generated", "").at(si.prim, si.instance, si.u, si.v)
+        return generated_on_rounds(self, self.scene.layer("generated", "").at(si.prim, si.instance, si.u, si.v))
+
+    @cached_property
+    def rounds(self) -> OnRounds | None:
+        """Which of the lanes are on curves and points, and what that is like; None where the scene has none."""
+        return on_rounds(self)
+
+    def along_hair(self, corner: int) -> Float32:
+        """(3, n) unit direction of a strand toward its tip; of a triangle, from corner 0 to 1 or 2."""
+        return along_hair(self, corner)
+
+    def strand(self) -> Float32:
+        """(4, n) of the strand: where along it, its length in object space, its random number, thickness; else 0."""
+        return np.zeros((4, self.n), np.float32) if self.rounds is None else self.rounds.strand(self)
 
     def object_tangent(self, uv_name: str) -> tuple[Float32, Float32]:
         """Object-space direction of growing u (unnormalised), sign of the bitangent; 0 without the map."""

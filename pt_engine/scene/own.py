@@ -61,4 +61,6 @@ def looking_at_themselves(snapshot: Snapshot, materials: Materials) -> list[int]
     asks = [m for m, b in enumerate(materials.batch_of) if "own" in materials.batches[b].needs]
     if not asks:
         return []
-    return [int(k) for k in np.flatnonzero(np.isin(snapshot.instances.materials, asks).any(axis=1))]
+    rows, meshes = snapshot.instances, len(snapshot.meshes) - len(snapshot.curves) - len(snapshot.points)
+    asking = np.isin(rows.materials, asks).any(axis=1) & (rows.mesh < meshes)  # hulls are no surfaces
+    return [int(k) for k in np.flatnonzero(asking)]

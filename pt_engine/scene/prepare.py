@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +31,12 @@ from .attributes import (
 from .displace import displaced
 from .features import features
 from .geometry import BOUND, Geometry, pack, place
+from .hulls import hulls, rounds_last
 from .lamp_shader import LampShader
 from .own import OwnObjects, looking_at_themselves
+from .round_accel import RoundAccel
+from .round_lanes import strand_layer
+from .rounds import rounds_of
 from .scene import Scene
 from .snapshot import CameraData, Snapshot, Visibility
 from .world_light import environment
@@ -58,14 +63,19 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     textures = TextureStore(snapshot.images, snapshot.ocio_config, texture_memory)
     materials = compile_materials(snapshot.materials, textures=textures)
     world = compile_world(snapshot.world, textures=textures)
-    rest = snapshot
+    rest = snapshot = rounds_last(snapshot)
     snapshot = displaced(snapshot, materials, shading_layers)
+    if snapshot.curves or snapshot.points:
+        wrapped, samples = hulls(snapshot)
+        rest, snapshot = (replace(s, meshes=s.meshes + wrapped) for s in (rest, snapshot))
     view = view_of(snapshot.camera)
     placed = place(snapshot)
-    accel = Accel(placed.vertices, placed.triangles)
+    accel: Accel | RoundAccel = Accel(placed.vertices, placed.triangles)
     selves = looking_at_themselves(snapshot, materials)
     own = OwnObjects(placed, selves) if selves else None
     geometry = pack(snapshot, placed)
+    if snapshot.curves or snapshot.points:
+        geometry.rounds = rounds_of(snapshot, geometry, samples)
     prim, triangles = emissive_triangles(geometry, materials)
     lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
     lights = Lights(
@@ -83,6 +93,10 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     )
     geometry.release()
     layers = shading_layers(snapshot, geometry, materials.needs)
+    if geometry.rounds is not None:
+        accel = RoundAccel(accel, geometry, geometry.rounds)
+        if "strand" in materials.needs:
+            layers["strand", ""] = strand_layer(snapshot, geometry, samples)
     if "rest" in materials.needs:
         layers |= rest_layers(rest, geometry)
     scene = Scene(geometry, accel, snapshot.instances, layers, materials, world, lights, film_transparent)
@@ -115,6 +129,8 @@ def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32,
     if not surface_emits.any():
         return none
     prim = np.flatnonzero(surface_emits[geometry.surface])
+    if geometry.rounds is not None:  # hulls do not shine; what is in them is found by scattered rays alone
+        prim = prim[prim < geometry.rounds.first]
     if len(prim) == 0:
         return none
     geometry.set_emitters(prim)
@@ -135,7 +151,8 @@ def view_of(camera: CameraData) -> View:
 
 def to_light(geometry: Geometry, materials: Materials) -> Surfaces:
     """What the choice among many emitters depends on."""
-    opaque = not any(batch.transmits for batch in materials.batches)
+    # normals of what is round are not those of its hull
+    opaque = geometry.rounds is None and not any(batch.transmits for batch in materials.batches)
     return Surfaces(geometry.vertices, geometry.triangles, opaque, Accel)
 
 

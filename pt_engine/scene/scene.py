@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from ..render.path_state import PathState
     from ..textures.images import TextureStore
     from .own import OwnObjects
+    from .round_accel import RoundAccel
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -68,7 +69,7 @@ class Scene:
     def __init__(
         self,
         geometry: Geometry,
-        accel: Accel,
+        accel: Accel | RoundAccel,
         instances: Instances,
         layers: dict[tuple[str, str], Layer],
         materials: Materials,

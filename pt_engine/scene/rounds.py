@@ -1,0 +1,177 @@
+"""Curves' pieces and points' spheres in the recentred world, and what a ray sees where it meets them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core import vectors
+from .geometry import GAMMA6, Geometry, transformed
+from .hulls import radius_scale
+from .round_hits import BEGIN, COLUMNS, END, KIND, LINEAR, P0, P1, R0, R1, RIBBON, SPHERE, THICK
+from .snapshot import Snapshot
+from .strands import Samples, mitres
+
+if TYPE_CHECKING:
+    from .lanes import Surface
+
+Float32 = NDArray[np.float32]
+Float64 = NDArray[np.float64]
+Int32 = NDArray[np.int32]
+
+KINDS = {"RIBBON": RIBBON, "THICK": THICK, "LINEAR": LINEAR}
+GRAZING = np.float32(1e-4)  # of a cosine: what is met from outside never looks away
+
+
+class Points(NamedTuple):
+    """What (N,) hits on round things are made of, in the world.
+
+    Attributes
+    ----------
+    p, ng : (3, N) float32
+        Position, and normal on the viewer's side: of a ribbon the round one that Cycles gives it.
+    """
+
+    p: Float32
+    ng: Float32
+
+
+class Rounds:
+    """All pieces of curves and all points of a scene.
+
+    Attributes
+    ----------
+    first : int
+        The first triangle that is a hull's; all later ones are.
+    piece : (H,) int32
+        What the hulls' triangles are around: row of `rows`.
+    rows : (K, 16) float32
+        The pieces, as `round_hits` has them.
+    kinds : tuple of int
+        Those that occur.
+    scale : (I,) float32
+        What each instance makes of radii.
+    by_position : (I,) bool
+        Instances without Generated coordinates of their own.
+    """
+
+    def __init__(self, snapshot: Snapshot, geometry: Geometry, samples: list[Samples]) -> None:
+        instances, first = snapshot.instances, geometry.first_triangle
+        meshes = len(snapshot.meshes) - len(snapshot.curves) - len(snapshot.points)
+        own = np.flatnonzero(instances.mesh >= meshes)
+        self.first = int(first[own[0]])
+        self.scale = np.ones(len(instances.mesh), np.float32)
+        self.by_position = np.zeros(len(instances.mesh), np.bool_)
+        rows, pieces, count = [], [], 0
+        for k in own:
+            number = int(instances.mesh[k]) - meshes
+            matrix = instances.matrix[k].copy()
+            matrix[:3, 3] -= geometry.origin
+            self.scale[k] = radius_scale(matrix)
+            if number < len(samples):
+                curves = snapshot.curves[number]
+                part = curve_rows(samples[number], KINDS[curves.shape], matrix)
+                self.by_position[k] = curves.generated is None
+            else:
+                points = snapshot.points[number - len(samples)]
+                part = point_rows(points.points, points.radius, matrix)
+                self.by_position[k] = True
+            triangles = int(first[k + 1] - first[k])
+            each = triangles // max(len(part), 1)
+            pieces.append(np.repeat(np.arange(count, count + len(part), dtype=np.int32), each))
+            rows.append(part)
+            count += len(part)
+        self.rows = np.concatenate(rows)
+        self.piece = np.concatenate(pieces)
+        self.kinds = tuple(int(kind) for kind in np.unique(self.rows[:, KIND])) or (SPHERE,)
+
+    def rows_of(self, prim: Int32) -> Float32:
+        """(N, 16) the pieces that some hull triangles are around."""
+        return self.rows.take(self.piece.take(prim - np.int32(self.first)), axis=0)
+
+    def settle(self, si: Surface, o: Float32) -> None:
+        """Put hits on hulls to what they are the hulls of. `o` (3, N) is where the rays began."""
+        lanes = np.flatnonzero(si.prim >= self.first)
+        if len(lanes) == 0:
+            return
+        rows = self.rows_of(si.prim.take(lanes))
+        v = si.v.take(lanes)
+        wi = si.wi.take(lanes, axis=1)
+        p, ng = seen(rows, o.take(lanes, axis=1), wi, si.t.take(lanes), si.u.take(lanes), v)
+        si.p[:, lanes], si.ng[:, lanes] = p, ng
+        bound = vectors.dot(np.abs(ng), np.abs(p)) * GAMMA6 + vectors.max3(np.abs(p)) * np.float32(2.0**-60)
+        si.bound[lanes] = bound
+        si.facing[lanes] = np.maximum(vectors.dot(ng, wi), GRAZING)
+
+
+def rounds_of(snapshot: Snapshot, geometry: Geometry, samples: list[Samples]) -> Rounds | None:
+    """Those of a snapshot whose meshes end with the hulls; None where none is placed."""
+    meshes = len(snapshot.meshes) - len(snapshot.curves) - len(snapshot.points)
+    placed = (snapshot.instances.mesh >= meshes).any()
+    return Rounds(snapshot, geometry, samples) if placed else None
+
+
+def curve_rows(samples: Samples, kind: int, matrix: Float64) -> Float32:
+    """(K, 16) the pieces of one instance's curves."""
+    start = samples.start
+    points = transformed(samples.points, matrix)
+    radius = samples.radius * np.float32(radius_scale(matrix))
+    rows = np.zeros((len(start), COLUMNS), np.float32)
+    rows[:, P0], rows[:, P1] = points[start], points[start + 1]
+    rows[:, R0], rows[:, R1] = radius[start], radius[start + 1]
+    with np.errstate(invalid="ignore", over="ignore"):
+        rows[:, BEGIN], rows[:, END] = mitres(points, start)
+    if kind == LINEAR:  # a curve's own ends have whole spheres
+        at_start = np.ones(len(start), np.bool_)
+        at_start[1:] = start[1:] != start[:-1] + 1
+        rows[at_start, BEGIN] = 0
+        rows[np.append(at_start[1:], np.ones(min(len(start), 1), np.bool_)), END] = 0
+    rows[:, KIND] = kind
+    return rows
+
+
+def point_rows(points: Float32, radius: Float32, matrix: Float64) -> Float32:
+    """(P, 16) one instance's spheres."""
+    rows = np.zeros((len(points), COLUMNS), np.float32)
+    rows[:, P0] = rows[:, P1] = transformed(points, matrix)
+    rows[:, R0] = rows[:, R1] = radius * np.float32(radius_scale(matrix))
+    rows[:, KIND] = SPHERE
+    return rows
+
+
+def seen(rows: Float32, o: Float32, wi: Float32, t: Float32, s: Float32, v: Float32) -> Points:
+    """Positions and normals where rays have met pieces, put back onto them from where rounding has left them."""
+    row = np.ascontiguousarray(rows.T).astype(np.float64)
+    kind = row[KIND]
+    x = o - t.astype(np.float64) * wi
+    centre = row[P0] + s.astype(np.float64) * (row[P1] - row[P0])
+    radius = row[R0] + s * (row[R1] - row[R0])
+    away = unit(x - centre)
+    p = centre + radius * away
+    normal = away
+    curved = np.flatnonzero((kind == RIBBON) | (kind == THICK))
+    if len(curved):
+        tangent = along(row[:, curved], s.take(curved))
+        out = away[:, curved]
+        normal[:, curved] = unit(out - vectors.dot(out, tangent) * tangent)  # type: ignore[arg-type]
+    flat = np.flatnonzero(kind == RIBBON)
+    if len(flat):
+        tangent, across = along(row[:, flat], s.take(flat)), v.take(flat).astype(np.float64)
+        beside = unit(np.cross(tangent.T, wi.take(flat, axis=1).T).T)
+        up = unit(np.cross(beside.T, tangent.T).T)
+        normal[:, flat] = across * beside + np.sqrt(np.maximum(1 - across * across, 0)) * up
+        p[:, flat] = x[:, flat]
+    return Points(p.astype(np.float32), normal.astype(np.float32))
+
+
+def along(row: Float64, s: Float32) -> Float64:
+    """(3, N) unit tangents: from one end's mitre to the other's."""
+    return unit(row[BEGIN] + s.astype(np.float64) * (row[END] - row[BEGIN]))
+
+
+def unit(a: Float64) -> Float64:
+    """(3, N) at unit length; what has none stays 0."""
+    size = np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+    return np.asarray(a / (size + (size == 0)))
