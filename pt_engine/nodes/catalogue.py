@@ -23,6 +23,7 @@ from . import (  # noqa: F401  (their import is what registers the kinds)
     principled,
     ramps,
     ray_portal,
+    round_nodes,
     shaders,
     sheen,
     sky_nodes,

@@ -12,7 +12,7 @@ from .coordinates import position
 from .graph import NodeView
 from .ir import FLOAT, VECTOR, Op, Value, lane_op
 from .registry import Outputs, node
-from .tangents import around_axis
+from .tangents import surface_tangent
 
 Float32 = NDArray[np.float32]
 
@@ -54,7 +54,7 @@ def geometry(n: NodeView) -> Outputs:
     table: dict[str, tuple[Op, tuple[Any, ...]]] = {
         "Position": (position, ()),
         "Normal": (shading_normal, ()),
-        "Tangent": (around_axis, ("Z",)),
+        "Tangent": (surface_tangent, ()),
         "True Normal": (true_normal, ()),
         "Incoming": (incoming, ()),
         "Parametric": (parametric, ()),

@@ -33,6 +33,7 @@ class ProbeLanes:
     """
 
     smooth = False
+    rounds = None
     view = View()
 
     def __init__(self, material: NDArray[np.int32], points: Float32) -> None:
@@ -68,6 +69,12 @@ class ProbeLanes:
 
     def edges(self) -> tuple[Float32, Float32]:
         return self.bump_steps(1.0)
+
+    def along_hair(self, corner: int) -> Float32:
+        return self.object_tangent("")[0]
+
+    def strand(self) -> Float32:
+        return np.zeros((4, self.n), np.float32)
 
     def barycentric(self) -> Float32:
         return self.position[:2]

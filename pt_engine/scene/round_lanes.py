@@ -38,8 +38,8 @@ class OnRounds(NamedTuple):
         In the recentred world.
     radius : (P,) float32
         In the world.
-    number : (P,) int32
-        Of the point in its cloud.
+    random : (P,) float32
+        Of the point, in [0, 1].
     """
 
     curves: NDArray[np.intp]
@@ -47,7 +47,7 @@ class OnRounds(NamedTuple):
     points: NDArray[np.intp]
     centre: Float32
     radius: Float32
-    number: NDArray[np.int64]
+    random: Float32
 
     def strand(self, lanes: Lanes) -> Float32:
         """See `Lanes.strand`."""
@@ -77,7 +77,7 @@ def on_rounds(lanes: Lanes) -> OnRounds | None:
     instance = si.instance.take(at)
     number = (prim.take(points) - geometry.first_triangle.take(instance)) // len(FACES)
     centre = np.ascontiguousarray(rows[points, P0].T)
-    return OnRounds(where.take(strands), tangent, at, centre, rows[points, R0], number)
+    return OnRounds(where.take(strands), tangent, at, centre, rows[points, R0], random_of(number))
 
 
 def along_hair(lanes: Lanes, corner: int) -> Float32:
@@ -120,11 +120,10 @@ def along_strands(curves: CurvesData, samples: Samples) -> Float32:
     begin = before[first[of_curve]]
     length = before[first[of_curve + 1] - 1] - begin
     way = (before - begin) / (length + (length == 0))
-    random = to_unit(hash_uints(of_curve.astype(np.uint32), np.zeros(1, np.uint32)))
-    table = np.stack([way, length, random, np.maximum(curves.radius, 0)], axis=1).astype(np.float32)
+    table = np.stack([way, length, random_of(of_curve), np.maximum(curves.radius, 0)], axis=1).astype(np.float32)
     return samples.by_point(table)
 
 
-def point_random(number: NDArray[np.int64]) -> Float32:
-    """(P,) Point Info's Random."""
+def random_of(number: NDArray[np.integer]) -> Float32:
+    """(N,) the random number in [0, 1] that Cycles gives to a curve or a point of this number."""
     return to_unit(hash_uints(number.astype(np.uint32), np.zeros(1, np.uint32)))

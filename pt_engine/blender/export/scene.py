@@ -61,6 +61,8 @@ def export_scene(depsgraph, *, camera=None, size=None) -> Snapshot:
         exposure=getattr(getattr(scene, "cycles", None), "film_exposure", 1.0),
         unsupported=tuple(dict.fromkeys(unsupported)),
         ocio_config=ocio_config(),
+        curves=tuple(collector.curves),
+        points=tuple(collector.points),
     )
 
 

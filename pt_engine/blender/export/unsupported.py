@@ -16,7 +16,6 @@ def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
         *motion_blur(scene),
         *shadow_caustics(depsgraph),
         *texture_settings(scene),
-        *(entry for owner in depsgraph.objects for entry in of_object(owner)),
     ]
 
 
@@ -64,13 +63,3 @@ def may_move(scene) -> bool:
         if any(modifier.type in MOVING_MODIFIERS for modifier in owner.modifiers):
             return True
     return False
-
-
-def of_object(owner):
-    """Hair strands."""
-    where = f"Object {owner.name}"
-    for modifier in owner.modifiers:
-        if modifier.type == "PARTICLE_SYSTEM" and modifier.show_render:
-            settings = modifier.particle_system.settings
-            if settings.render_type == "PATH" and settings.type == "HAIR":
-                yield (where, "hair particles", "missing in the image")
