@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from ..core import frames
 from .geometry import bounds
 from .snapshot import CurvesData, Instances, MeshData, PointsData, Snapshot
-from .strands import Samples, mitres, sampled
+from .strands import Samples, sampled, tangents
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
@@ -133,9 +133,9 @@ def curves_hull(curves: CurvesData, samples: Samples, room: Room) -> MeshData:
 
 
 def prisms(samples: Samples, radius: Float64, closed: bool) -> Float64:
-    """(K, 2, 4, 3) corners of prisms whose sides touch cones of `radius` (S,), cut by the mitres.
+    """(K, 2, 4, 3) corners of prisms whose sides touch cones of `radius` (S,), cut by the planes of their ends.
 
-    `closed` ones are not mitred, but long enough for the spheres at their ends.
+    `closed` ones are not cut, but long enough for the spheres at their ends.
     """
     start = samples.start
     p0, p1 = (samples.points[k].astype(np.float64) for k in (start, start + 1))
@@ -156,14 +156,14 @@ def prisms(samples: Samples, radius: Float64, closed: bool) -> Float64:
     if closed:
         return np.stack([low, high], axis=1)
     edge = high - low
-    begin, end = mitres(samples.points, start)
+    begin, end = tangents(samples.points, samples)
     cuts = []
     for plane, point, base in ((begin, p0, r0), (end, p1, r1)):
         down = (edge * plane[:, None]).sum(axis=2)
         off = ((point[:, None] - low) * plane[:, None]).sum(axis=2)
         usable = np.abs(down) > 1e-12 * length
         cut = np.where(usable, off / np.where(usable, down, 1), 0.0 if point is p0 else 1.0)
-        reach = 4 * base / (length + (length == 0))  # a mitre does not go further than that
+        reach = 4 * base / (length + (length == 0))  # a cut does not go further than that
         whole = 0.0 if point is p0 else 1.0
         cuts.append(np.clip(cut, whole - reach, whole + reach))
     middle = 0.5 * (cuts[0] + cuts[1])

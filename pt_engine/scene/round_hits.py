@@ -8,11 +8,11 @@ on their way through, never meet the same again.
 
     A = d⊥² − k² d_a²,    B = w⊥·d⊥ − k d_a ρ(w_a),    C = w⊥² − ρ(w_a)²,    t = −(B + √(B² − AC))/A
 
-cut by the planes through P0 and P1 that halve the angles to the neighbouring pieces (`strands.mitres`).
+cut by the planes across the curve through P0 and P1, which neighbouring pieces share (normals of any length). With
+f0 and f1 the distances from them, in those of the other end, s = f0/(f0 + f1) is how far along the piece X is.
 
-**Ribbon** (RIBBON). Flat and turned to the ray: in the plane across d the mitres' traces are lines, f0 and f1 the
-ray's distances from them in those of the other end; s = f0/(f0 + f1) is how far along the piece it passes. There the ribbon reaches
-from the axis by h = (1 − s) r0 h0 + s r1 h1 to both sides, h0 and h1 along the traces; v = X·h/h², and the ray
+**Ribbon** (RIBBON). Flat and turned to the ray: in the plane across d these planes' traces are lines, and f0, f1 and
+s the same for them. There the ribbon reaches from the axis by h = (1 − s) r0 h0 + s r1 h1 to both sides, h0 and h1 along the traces; v = X·h/h², and the ray
 hits where |v| ≤ 1, at the axis' depth. As in Embree, a ribbon within 2r of a ray's origin is not there: else all
 rays would end at once where they begin.
 
@@ -77,7 +77,7 @@ def meet(rows: Float32, kinds: tuple[int, ...], o: Float32, d: Float32, near: Fl
 
 
 class Relative(NamedTuple):
-    """A ray from where it is near a piece, about P0: w = o + near·d − P0, P1 − P0, the mitres' normals."""
+    """A ray from where it is near a piece, about P0: w = o + near·d − P0, P1 − P0."""
 
     w: Float64
     d: Float64
@@ -106,7 +106,7 @@ def cross(a: Float64, b: Float64) -> Float64:
 
 
 def plane(rows: Float32, columns: slice) -> Float64:
-    """(3, N) a mitre's normals."""
+    """(3, N) normals of the planes where pieces begin or end."""
     return np.ascontiguousarray(rows[:, columns].T).astype(np.float64)
 
 
@@ -136,9 +136,10 @@ def meet_thick(rows: Float32, o: Float32, d: Float32, near: Float32) -> Met:
         x = ray.w + t * ray.d
         y = w_a + t * d_a
         t = t + ray.near
-        hit = (dot(x, plane(rows, BEGIN)) >= 0) & (dot(x - ray.along, plane(rows, END)) <= 0)
-        hit &= (ray.r0 + k * y > 0) & (t > 0)
-        s = np.clip(y / length, 0, 1)
+        begin, end = plane(rows, BEGIN), plane(rows, END)
+        f0, f1 = dot(x, begin) / dot(ray.along, begin), dot(ray.along - x, end) / dot(ray.along, end)
+        hit = (f0 >= 0) & (f1 >= 0) & (ray.r0 + k * y > 0) & (t > 0)
+        s = f0 / (f0 + f1)
     return Met(np.where(hit, t, NEVER), np.where(hit, s, 0).astype(np.float32), np.zeros(len(t), np.float32))
 
 
@@ -147,7 +148,7 @@ def meet_ribbon(rows: Float32, o: Float32, d: Float32, near: Float32) -> Met:
     ray = relative(rows, o, d, near)
     begin, end = plane(rows, BEGIN), plane(rows, END)
     with np.errstate(invalid="ignore", divide="ignore"):
-        # a mitre's trace across d; the part of its normal along d moves the ray, which has no place there
+        # a plane's trace across d; the part of its normal along d moves the ray, which has no place there
         for normal in (begin, end):
             normal -= dot(normal, ray.d) * ray.d
             normal /= np.sqrt(dot(normal, normal))
@@ -190,7 +191,7 @@ def meet_linear(rows: Float32, o: Float32, d: Float32, near: Float32) -> Met:
     """Cones that touch the spheres at both ends, and these; a sphere between pieces where it shows.
 
     With g = L² − (r1 − r0)² and y = X·(P1 − P0) + r0 (r1 − r0), the cone is g (X² − r0²) = y² for 0 ≤ y ≤ g, and
-    the foot of its normal is y/g along the axis. Mitres of curves' own ends are 0.
+    the foot of its normal is y/g along the axis. Between pieces the planes halve the angles; at curves' own ends there is none.
     """
     ray = relative(rows, o, d, near)
     dr = ray.r1 - ray.r0
@@ -212,10 +213,10 @@ def meet_linear(rows: Float32, o: Float32, d: Float32, near: Float32) -> Met:
             t = sphere_root(ray.w - at, ray.d, r)
             y = w_y + t * d_y
             x = ray.w + t * ray.d - at
-            mitre = plane(rows, columns)
-            other = 2 * dot(mitre, ray.along) * mitre - ray.along  # the neighbour's direction
+            halving = plane(rows, columns)
+            other = 2 * dot(halving, ray.along) * halving - ray.along  # the neighbour's direction
             shows = (y > g) if beyond > 0 else (y < 0)
-            shows &= (beyond * dot(x, other) <= length * r * 1e-9) | ~mitre.any(axis=0)
+            shows &= (beyond * dot(x, other) <= length * r * 1e-9) | ~halving.any(axis=0)
             closer = shows & (t + ray.near > 0) & ((t < best) | (best + ray.near <= 0))
             best, s = np.where(closer, t, best), np.where(closer, float(beyond > 0), s)
         t = best + ray.near

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -10,9 +11,9 @@ from numpy.typing import NDArray
 from ..core import vectors
 from .geometry import GAMMA6, Geometry, transformed
 from .hulls import radius_scale
-from .round_hits import BEGIN, COLUMNS, END, KIND, LINEAR, P0, P1, R0, R1, RIBBON, SPHERE, THICK
+from .round_hits import BEGIN, COLUMNS, END, KIND, LINEAR, P0, P1, R0, R1, RIBBON, SPHERE, THICK, cross, dot
 from .snapshot import Snapshot
-from .strands import Samples, mitres
+from .strands import Samples, bisectors, tangents
 
 if TYPE_CHECKING:
     from .lanes import Surface
@@ -121,13 +122,12 @@ def curve_rows(samples: Samples, kind: int, matrix: Float64) -> Float32:
     rows = np.zeros((len(start), COLUMNS), np.float32)
     rows[:, P0], rows[:, P1] = points[start], points[start + 1]
     rows[:, R0], rows[:, R1] = radius[start], radius[start + 1]
-    with np.errstate(invalid="ignore", over="ignore"):
-        rows[:, BEGIN], rows[:, END] = mitres(points, start)
-    if kind == LINEAR:  # a curve's own ends have whole spheres
-        at_start = np.ones(len(start), np.bool_)
-        at_start[1:] = start[1:] != start[:-1] + 1
-        rows[at_start, BEGIN] = 0
-        rows[np.append(at_start[1:], np.ones(min(len(start), 1), np.bool_)), END] = 0
+    if kind == LINEAR:
+        rows[:, BEGIN], rows[:, END] = bisectors(points, start)
+    else:
+        with np.errstate(invalid="ignore", over="ignore"):
+            moved = replace(samples, tangent=(samples.tangent @ matrix[:3, :3].T).astype(np.float32))
+            rows[:, BEGIN], rows[:, END] = tangents(points, moved)
     rows[:, KIND] = kind
     return rows
 
@@ -155,23 +155,41 @@ def seen(rows: Float32, o: Float32, wi: Float32, t: Float32, s: Float32, v: Floa
     if len(curved):
         tangent = along(row[:, curved], s.take(curved))
         out = away[:, curved]
-        normal[:, curved] = unit(out - vectors.dot(out, tangent) * tangent)  # type: ignore[arg-type]
+        normal[:, curved] = unit(out - dot(out, tangent) * tangent)
+    tubes = np.flatnonzero(kind == THICK)
+    if len(tubes):
+        p[:, tubes] = on_cones(row[:, tubes], x[:, tubes])
     flat = np.flatnonzero(kind == RIBBON)
     if len(flat):
         tangent, across = along(row[:, flat], s.take(flat)), v.take(flat).astype(np.float64)
-        beside = unit(np.cross(tangent.T, wi.take(flat, axis=1).T).T)
-        up = unit(np.cross(beside.T, tangent.T).T)
+        beside = unit(cross(tangent, wi.take(flat, axis=1)))
+        up = unit(cross(beside, tangent))
         normal[:, flat] = across * beside + np.sqrt(np.maximum(1 - across * across, 0)) * up
         p[:, flat] = x[:, flat]
     return Points(p.astype(np.float32), normal.astype(np.float32))
 
 
+def on_cones(row: Float64, x: Float64) -> Float64:
+    """(3, N) points moved across pieces' axes onto them."""
+    chord = row[P1] - row[P0]
+    y = dot(x - row[P0], chord) / dot(chord, chord)
+    foot = row[P0] + y * chord
+    return np.asarray(foot + (row[R0] + y * (row[R1] - row[R0])) * unit(x - foot))
+
+
 def along(row: Float64, s: Float32) -> Float64:
-    """(3, N) unit tangents: from one end's mitre to the other's."""
-    return unit(row[BEGIN] + s.astype(np.float64) * (row[END] - row[BEGIN]))
+    """(3, N) unit tangents toward the tip, of pieces in (16, N): of the cubic with these ends and slopes."""
+    x = s.astype(np.float64)
+    chord = row[P1] - row[P0]
+    tangent = 6 * x * (1 - x) * chord + (1 - x) * (1 - 3 * x) * row[BEGIN] + x * (3 * x - 2) * row[END]
+    tangent = unit(tangent)
+    straight = np.flatnonzero(row[KIND] == LINEAR)
+    if len(straight):
+        tangent[:, straight] = unit(chord[:, straight])
+    return tangent
 
 
 def unit(a: Float64) -> Float64:
     """(3, N) at unit length; what has none stays 0."""
-    size = np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+    size = np.sqrt(dot(a, a))
     return np.asarray(a / (size + (size == 0)))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .geometry import near
 from .snapshot import CurvesData
+from .vertex_normals import unit_rows
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
@@ -23,7 +24,7 @@ Int32 = NDArray[np.int32]
 
 FLAT = 0.05  # of the radius is how far chords may stray from the spline
 FINEST = 8  # pieces of a round segment; of a ribbon's the file says how many
-SHARP = 0.25  # cosine of half the angle between pieces, below which they are not mitred
+SHARP = 0.25  # cosine of half the angle between pieces, below which its own direction counts
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,10 @@ class Samples:
         The curve, and the point at or before the sample.
     fraction : (S,) float32
         How far it is to the next point.
+    tangent : (S, 3) float32
+        P' by u.
+    step : (S,) float32
+        How much u grows until the next sample.
     start : (K,) int32
         Sample at which each piece begins; it ends at the next.
     """
@@ -47,6 +52,8 @@ class Samples:
     curve: Int32
     key: Int32
     fraction: Float32
+    tangent: Float32
+    step: Float32
     start: Int32
 
     def by_point(self, values: Float32) -> Float32:
@@ -77,8 +84,11 @@ def sampled(curves: CurvesData) -> Samples:
     u = step / pieces[at]
     points = spline(a[at], b[at], c[at], d[at], u[:, None]).astype(np.float32)
     points[:, 3] = np.maximum(points[:, 3], 0)
+    last = here[at] == ends[at]
+    back = np.where(last, np.maximum(at - 1, curves.first[of_curve[at]]), at)  # a curve's end ends a segment
+    tangent = slope(a[back], b[back], c[back], d[back], np.where(last, 1.0, u)[:, None])
     new = distinct(points[:, :3], of_curve[at])
-    points, at, u = points[new], at[new], u[new]
+    points, at, u, tangent = points[new], at[new], u[new], tangent[new]
     with np.errstate(invalid="ignore", over="ignore"):
         good = near(points) & np.isfinite(points[:, 3])
     together = (of_curve[at[1:]] == of_curve[at[:-1]]) & good[1:] & good[:-1]
@@ -89,6 +99,8 @@ def sampled(curves: CurvesData) -> Samples:
         of_curve[at].astype(np.int32),
         at.astype(np.int32),
         u.astype(np.float32),
+        np.ascontiguousarray(tangent[:, :3]).astype(np.float32),
+        (1 / pieces[at]).astype(np.float32),
         np.flatnonzero(together).astype(np.int32),
     )
 
@@ -99,6 +111,15 @@ def spline(a: Float64, b: Float64, c: Float64, d: Float64, u: Float64) -> Float6
     with np.errstate(invalid="ignore", over="ignore"):
         sides = -u * v * v * a - u * u * v * d
         middle = (2 + u * u * (3 * u - 5)) * b + (2 + v * v * (3 * v - 5)) * c
+        return np.asarray(0.5 * (sides + middle))
+
+
+def slope(a: Float64, b: Float64, c: Float64, d: Float64, u: Float64) -> Float64:
+    """P'(u)."""
+    v = 1 - u
+    with np.errstate(invalid="ignore", over="ignore"):
+        sides = (2 * u * v - v * v) * a + (u * u - 2 * u * v) * d
+        middle = (9 * u * u - 10 * u) * b + (10 * v - 9 * v * v) * c
         return np.asarray(0.5 * (sides + middle))
 
 
@@ -122,23 +143,29 @@ def distinct(points: Float32, curve: NDArray[np.integer]) -> NDArray[np.bool_]:
     return new
 
 
-def mitres(points: Float32, start: Int32) -> tuple[Float64, Float64]:
-    """(K, 3) unit normals of the planes in which each piece begins and ends.
+def tangents(points: Float32, samples: Samples) -> tuple[Float64, Float64]:
+    """(K, 3) the spline's derivatives where each piece begins and ends, by the way along the piece.
 
-    They halve the angle to the neighbouring piece, so that pieces of one radius meet in one ellipse.
+    Where there is none, or one that leads elsewhere than the piece, the piece's own direction. `points` (S, 3) and
+    `samples.tangent` may both have been moved by a matrix.
     """
+    start = samples.start
     along = points[start + 1].astype(np.float64) - points[start]
-    size = np.linalg.norm(along, axis=1, keepdims=True)
-    along /= size + (size == 0)
-    total = np.zeros((len(points), 3))
-    total[start] += along
-    total[start + 1] += along
-    size = np.linalg.norm(total, axis=1, keepdims=True)
-    total /= size + (size == 0)
-    planes = []
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    both = []
     for sample in (start, start + 1):
-        normal = total[sample]
-        sharp = (normal * along).sum(axis=1) < SHARP
-        normal[sharp] = along[sharp]
-        planes.append(normal)
-    return planes[0], planes[1]
+        slope = samples.tangent[sample] * samples.step[start][:, None].astype(np.float64)
+        size = np.linalg.norm(slope, axis=1, keepdims=True)
+        lost = ~((slope * along).sum(axis=1, keepdims=True) >= SHARP * size * length) | ~(size > 0)
+        both.append(np.where(lost, along, slope))
+    return both[0], both[1]
+
+
+def bisectors(points: Float32, start: Int32) -> tuple[Float64, Float64]:
+    """(K, 3) unit normals of the planes that halve the angles to each piece's neighbours; 0 where it has none."""
+    along = unit_rows(points[start + 1].astype(np.float64) - points[start])
+    begins, ends = np.zeros((len(points), 3)), np.zeros((len(points), 3))
+    begins[start], ends[start + 1] = along, along
+    joint = (begins.any(axis=1) & ends.any(axis=1))[:, None]
+    halves = unit_rows(begins + ends) * joint
+    return halves[start], halves[start + 1]
