@@ -30,6 +30,16 @@ def true_normal(lanes: Any) -> Float32:
 
 
 @lane_op(VECTOR)
+def face_normal(lanes: Any) -> Float32:
+    """The face's normal as it is, on the viewer's side: ribbons face the ray, though they are shaded as if round."""
+    if lanes.rounds is None or not len(lanes.rounds.ribbons):
+        return lanes.ng  # type: ignore[no-any-return]
+    normal: Float32 = lanes.ng.copy()
+    normal[:, lanes.rounds.ribbons] = lanes.wi.take(lanes.rounds.ribbons, axis=1)
+    return normal
+
+
+@lane_op(VECTOR)
 def incoming(lanes: Any) -> Float32:
     """Toward the viewer."""
     return lanes.wi  # type: ignore[no-any-return]
@@ -55,7 +65,7 @@ def geometry(n: NodeView) -> Outputs:
         "Position": (position, ()),
         "Normal": (shading_normal, ()),
         "Tangent": (surface_tangent, ()),
-        "True Normal": (true_normal, ()),
+        "True Normal": (face_normal, ()),
         "Incoming": (incoming, ()),
         "Parametric": (parametric, ()),
         "Backfacing": (backfacing, ()),

@@ -12,7 +12,7 @@ from ..nodes.hashes import hash_uints, to_unit
 from .attributes import Layer, build_layer
 from .geometry import Geometry
 from .hulls import FACES
-from .round_hits import KIND, P0, R0, SPHERE
+from .round_hits import KIND, P0, R0, RIBBON, SPHERE
 from .rounds import along
 from .snapshot import CurvesData, Snapshot
 from .strands import Samples
@@ -32,6 +32,8 @@ class OnRounds(NamedTuple):
         Lanes on curves.
     tangent : (3, C) float32
         Unit, in the world, toward the tip.
+    ribbons : (R,) intp
+        Those of them that are ribbons.
     points : (P,) intp
         Lanes on points.
     centre : (3, P) float32
@@ -44,6 +46,7 @@ class OnRounds(NamedTuple):
 
     curves: NDArray[np.intp]
     tangent: Float32
+    ribbons: NDArray[np.intp]
     points: NDArray[np.intp]
     centre: Float32
     radius: Float32
@@ -77,7 +80,8 @@ def on_rounds(lanes: Lanes) -> OnRounds | None:
     instance = si.instance.take(at)
     number = (prim.take(points) - geometry.first_triangle.take(instance)) // len(FACES)
     centre = np.ascontiguousarray(rows[points, P0].T)
-    return OnRounds(where.take(strands), tangent, at, centre, rows[points, R0], random_of(number))
+    ribbons = where[rows[:, KIND] == RIBBON]
+    return OnRounds(where.take(strands), tangent, ribbons, at, centre, rows[points, R0], random_of(number))
 
 
 def along_hair(lanes: Lanes, corner: int) -> Float32:
