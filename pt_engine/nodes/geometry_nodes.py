@@ -31,7 +31,7 @@ def true_normal(lanes: Any) -> Float32:
 
 @lane_op(VECTOR)
 def face_normal(lanes: Any) -> Float32:
-    """The face's normal as it is, on the viewer's side: ribbons face the ray, though they are shaded as if round."""
+    """The true normal on the viewer's side: ribbons face the ray, though they are shaded as if round."""
     if lanes.rounds is None or not len(lanes.rounds.ribbons):
         return lanes.ng  # type: ignore[no-any-return]
     normal: Float32 = lanes.ng.copy()

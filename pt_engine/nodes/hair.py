@@ -1,7 +1,7 @@
 """Shader nodes for hair: the Hair BSDF with one lobe, and Principled Hair.
 
-They ask the lanes for the hair's direction and for where across it the ray has hit. On meshes triangles stand in
-for hair as in Cycles: their edges for its direction, their normal for the offset h.
+They ask the lanes for the hair's direction and for where across it the ray has hit. On meshes triangles
+stand in for hair as in Cycles: their edges for its direction, their normal for the offset h.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..core import vectors
 from .graph import NodeView
-from .ir import FLOAT, VECTOR, lane_op
+from .ir import FLOAT, VECTOR, Value, lane_op
 from .registry import Outputs, node
 
 Float32 = NDArray[np.float32]
@@ -45,7 +45,7 @@ def tangent_normal(lanes: Any) -> Float32:
 
 @node("HairInfo")
 def hair_info(n: NodeView) -> Outputs:
-    out: Outputs = {
+    out: dict[str, Value | None] = {
         name: n.call(strand_number, static=(k,)) for name, k in NUMBERS.items() if n.wants(name)
     }
     out["Is Strand"] = n.call(on_strand)

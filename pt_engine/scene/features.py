@@ -37,6 +37,7 @@ def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[s
             scene.lights.by_place is not None,
             "few emitters are in the scene's own space",
         ),
+        "curves and points": (geometry.rounds is not None, "all that is seen is made of triangles"),
         "shading normals": (bool(geometry.surface_smooth.any()), "every face is flat"),
         "transparent surfaces": (scene.transparent_surfaces, "no visible material is transparent"),
         "transparent film": (film_transparent, "the sky is part of the image"),

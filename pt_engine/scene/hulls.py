@@ -1,10 +1,11 @@
-"""Triangles around what is round, for Embree to find: prisms around the pieces of curves, octahedra around points.
+"""Triangles around what is round, for Embree to find: prisms around curves, octahedra around points.
 
-Embree's Python binding knows triangles only. So each piece of a curve is wrapped in a prism of four sides, cut
-where the piece is, and each point in an octahedron; a ray that meets one of their triangles is then tried on the
-piece or the sphere itself (`round_accel`). The hulls are ordinary meshes of the snapshot: they are placed,
-instanced and given attributes like all others. Corners 0 and 2 of a prism's triangle have the values of the
-piece's beginning, corner 1 those of its end, so that barycentric u is the way along it and v does not matter.
+Embree's Python binding knows triangles only. So each piece of a curve is wrapped in a prism of four sides,
+cut where the piece is, and each point in an octahedron; a ray that meets one of their triangles is then
+tried on the piece or the sphere itself (`round_accel`). The hulls are ordinary meshes of the snapshot: they
+are placed, instanced and given attributes like all others. Corners 0 and 2 of a prism's triangle have the
+values of the piece's beginning, corner 1 those of its end, so that barycentric u is the way along it and v
+does not matter.
 
 A ray that passes through a convex cell crosses its surface twice; so one face may be left out, and the prism
 stays open at its end, where the next one begins.
@@ -133,7 +134,7 @@ def curves_hull(curves: CurvesData, samples: Samples, room: Room) -> MeshData:
 
 
 def prisms(samples: Samples, radius: Float64, closed: bool) -> Float64:
-    """(K, 2, 4, 3) corners of prisms whose sides touch cones of `radius` (S,), cut by the planes of their ends.
+    """(K, 2, 4, 3) corners of prisms whose sides touch cones of `radius` (S,), cut as these are.
 
     `closed` ones are not cut, but long enough for the spheres at their ends.
     """
@@ -142,7 +143,7 @@ def prisms(samples: Samples, radius: Float64, closed: bool) -> Float64:
     along = p1 - p0
     length = np.linalg.norm(along, axis=1, keepdims=True)
     axis = along / (length + (length == 0))
-    s, t = (x.T for x in frames.frame(axis.T))  # type: ignore[arg-type]
+    s, t = (x.T for x in frames.frame(axis.T))
     angle = 2 * np.pi * np.arange(SIDES) / SIDES
     around = np.cos(angle)[:, None] * s[:, None] + np.sin(angle)[:, None] * t[:, None]
     # the slope of a cone brings its sides closer to the axis
@@ -223,7 +224,7 @@ def hulls(snapshot: Snapshot) -> tuple[tuple[MeshData, ...], list[Samples]]:
     meshes: list[MeshData] = []
     samples = [sampled(curves) for curves in snapshot.curves]
     rows = snapshot.instances
-    extents = [Extent(x.points) for x in (*snapshot.curves, *snapshot.points)]
+    extents = [Extent(c.points) for c in snapshot.curves] + [Extent(p.points) for p in snapshot.points]
     _, radius = bounds((*snapshot.meshes, *extents), rows)
     for number in range(len(extents)):
         around = room(rows.matrix[rows.mesh == len(snapshot.meshes) + number], radius)

@@ -36,10 +36,10 @@ SAME_PLACE = 1e-9  # squared distance up to which a portal leads nowhere else, a
 class Surface:
     """Hit points of a set of lanes, one column each. What few programs read is gathered when asked for.
 
-    On a curve or a point (`rounds`) that is what is round itself, not the hull that Embree has found: `ng` is the
-    tube's or the sphere's normal, that of a ribbon as if it were round (n = v b + √(1 − v²) b × T with the tangent
-    T, b = T × wi / |T × wi| and v from −1 to 1 across it, so that Principled Hair's h = −n·b is −v), `u` the way
-    along the piece, `v` as above; on tubes and spheres 0.
+    On a curve or a point (`rounds`) that is what is round itself, not the hull that Embree has found: `ng`
+    is the tube's or the sphere's normal, that of a ribbon as if it were round (n = v b + √(1 − v²) b × T
+    with the tangent T, b = T × wi / |T × wi| and v from −1 to 1 across it, so that Principled Hair's h =
+    −n·b is −v), `u` the way along the piece, `v` as above; on tubes and spheres 0.
 
     Attributes
     ----------
@@ -287,11 +287,13 @@ class Lanes:
     def generated(self) -> Float32:
         """(3, n) Generated coordinates."""
         si = self.si
-        return generated_on_rounds(self, self.scene.layer("generated", "").at(si.prim, si.instance, si.u, si.v))
+        return generated_on_rounds(
+            self, self.scene.layer("generated", "").at(si.prim, si.instance, si.u, si.v)
+        )
 
     @cached_property
     def rounds(self) -> OnRounds | None:
-        """Which of the lanes are on curves and points, and what that is like; None where the scene has none."""
+        """Which lanes are on curves and points, and what that is like; None where there are none."""
         return on_rounds(self)
 
     def along_hair(self, corner: int) -> Float32:
@@ -299,7 +301,7 @@ class Lanes:
         return along_hair(self, corner)
 
     def strand(self) -> Float32:
-        """(4, n) of the strand: where along it, its length in object space, its random number, thickness; else 0."""
+        """(4, n) where along its strand, the strand's length, random number and thickness; else 0."""
         return np.zeros((4, self.n), np.float32) if self.rounds is None else self.rounds.strand(self)
 
     def object_tangent(self, uv_name: str) -> tuple[Float32, Float32]:

@@ -70,7 +70,7 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
         rest, snapshot = (replace(s, meshes=s.meshes + wrapped) for s in (rest, snapshot))
     view = view_of(snapshot.camera)
     placed = place(snapshot)
-    accel: Accel | RoundAccel = Accel(placed.vertices, placed.triangles)
+    accel = Accel(placed.vertices, placed.triangles)
     selves = looking_at_themselves(snapshot, materials)
     own = OwnObjects(placed, selves) if selves else None
     geometry = pack(snapshot, placed)
@@ -93,13 +93,12 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     )
     geometry.release()
     layers = shading_layers(snapshot, geometry, materials.needs)
-    if geometry.rounds is not None:
-        accel = RoundAccel(accel, geometry, geometry.rounds)
-        if "strand" in materials.needs:
-            layers["strand", ""] = strand_layer(snapshot, geometry, samples)
+    if geometry.rounds is not None and "strand" in materials.needs:
+        layers["strand", ""] = strand_layer(snapshot, geometry, samples)
     if "rest" in materials.needs:
         layers |= rest_layers(rest, geometry)
-    scene = Scene(geometry, accel, snapshot.instances, layers, materials, world, lights, film_transparent)
+    queries = accel if geometry.rounds is None else RoundAccel(accel, geometry, geometry.rounds)
+    scene = Scene(geometry, queries, snapshot.instances, layers, materials, world, lights, film_transparent)
     textures.release()
     scene.textures = textures
     scene.emissive_prim, scene.own = prim, own

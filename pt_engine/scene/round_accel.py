@@ -1,7 +1,8 @@
 """Ray queries in scenes with curves or points: hulls found by Embree, what is in them met in closed form.
 
-A ray that meets a hull's triangle, from outside or from inside, is tried on the piece within, and goes on behind
-the triangle for what may be nearer; one that misses goes on as well. Each step passes a triangle, so it ends.
+A ray that meets a hull's triangle, from outside or from inside, is tried on the piece within, and goes on
+behind the triangle for what may be nearer; one that misses goes on as well. Each step passes a triangle, so
+it ends.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ PASSED = 4096  # hull triangles that a ray goes through at most
 class RoundAccel:
     """The same queries as `Accel`'s, of triangles and of what is round.
 
-    On hits of curves u is the way along the piece and v the place across a ribbon; `prim` is a triangle of the
-    hull.
+    On hits of curves u is the way along the piece and v the place across a ribbon; `prim` is a triangle of
+    the hull.
     """
 
     empty = False
@@ -64,7 +65,7 @@ class RoundAccel:
         return best
 
     def visible(self, origin: Float32, direction: Float32, tfar: Float32) -> Int32:
-        """Whether nothing lies in [0, `tfar`], as the bit mask −1 (clear) or 0 (blocked); see `Accel.visible`."""
+        """Whether nothing lies in [0, `tfar`], as the bit mask −1 (clear) or 0 (blocked), as `Accel`."""
         clear = -(tfar >= 0).astype(np.int32)
         met = self._triangles.intersect(origin, direction, tfar.copy())
         clear[met.prim != MISS] = 0

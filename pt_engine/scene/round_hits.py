@@ -1,20 +1,23 @@
 """Where rays meet ribbons, tubes, cones with spheres, and spheres: closed forms, in float64.
 
-A piece of a curve runs from P0 to P1, its radius from r0 to r1, its axis is a. A ray X = w + t d starts at w
-from P0. What all forms share: surfaces are met from outside only, so that rays that start on one, or within it
-on their way through, never meet the same again.
+A piece of a curve runs from P0 to P1, its radius from r0 to r1, its axis is a. A ray X = w + t d starts at
+w from P0. What all forms share: surfaces are met from outside only, so that rays that start on one, or
+within it on their way through, never meet the same again.
 
-**Tube** (THICK). With y = X·a and ρ(y) = r0 + k y, k = (r1 − r0)/L, the cone |X − y a|² = ρ² is a quadratic in t,
+**Tube** (THICK). With y = X·a and ρ(y) = r0 + k y, k = (r1 − r0)/L, the cone |X − y a|² = ρ² is a quadratic
+in t,
 
     A = d⊥² − k² d_a²,    B = w⊥·d⊥ − k d_a ρ(w_a),    C = w⊥² − ρ(w_a)²,    t = −(B + √(B² − AC))/A
 
-cut by the planes across the curve through P0 and P1, which neighbouring pieces share (normals of any length). With
-f0 and f1 the distances from them, in those of the other end, s = f0/(f0 + f1) is how far along the piece X is.
+cut by the planes across the curve through P0 and P1, which neighbouring pieces share (normals of any
+length). With f0 and f1 the distances from them, in those of the other end, s = f0/(f0 + f1) is how far
+along the piece X is.
 
-**Ribbon** (RIBBON). Flat and turned to the ray: in the plane across d these planes' traces are lines, and f0, f1 and
-s the same for them. There the ribbon reaches from the axis by h = (1 − s) r0 h0 + s r1 h1 to both sides, h0 and h1 along the traces; v = X·h/h², and the ray
-hits where |v| ≤ 1, at the axis' depth. As in Embree, a ribbon within 2r of a ray's origin is not there: else all
-rays would end at once where they begin.
+**Ribbon** (RIBBON). Flat and turned to the ray: in the plane across d these planes' traces are lines, and
+f0, f1 and s the same for them. There the ribbon reaches from the axis by h = (1 − s) r0 h0 + s r1 h1 to
+both sides, h0 and h1 along the traces; v = X·h/h², and the ray hits where |v| ≤ 1, at the axis' depth. As
+in Embree, a ribbon within 2r of a ray's origin is not there: else all rays would end at once where they
+begin.
 
 **Cone and spheres** (LINEAR). The spheres around P0 and P1 and the cone that touches both.
 """
@@ -66,13 +69,13 @@ def meet(rows: Float32, kinds: tuple[int, ...], o: Float32, d: Float32, near: Fl
     """
     if len(kinds) == 1:
         return MEETS[kinds[0]](rows, o, d, near)
-    found = Met(np.full(len(rows), NEVER), np.zeros(len(rows), np.float32), np.zeros(len(rows), np.float32))
+    zero = np.zeros(len(rows), np.float32)
+    found = Met(np.full(len(rows), NEVER), zero, zero.copy())
     for kind in kinds:
         lanes = np.flatnonzero(rows[:, KIND] == kind)
         if len(lanes):
             part = MEETS[kind](rows[lanes], o.take(lanes, axis=1), d.take(lanes, axis=1), near.take(lanes))
-            for into, values in zip(found, part, strict=True):
-                into[lanes] = values
+            found.t[lanes], found.s[lanes], found.v[lanes] = part
     return found
 
 
@@ -97,7 +100,8 @@ def relative(rows: Float32, o: Float32, d: Float32, near: Float32) -> Relative:
 
 def dot(a: Float64, b: Float64) -> Float64:
     """(N,)."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    total: Float64 = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return total
 
 
 def cross(a: Float64, b: Float64) -> Float64:
@@ -190,8 +194,9 @@ def sphere_root(w: Float64, d: Float64, r: Float64) -> Float64:
 def meet_linear(rows: Float32, o: Float32, d: Float32, near: Float32) -> Met:
     """Cones that touch the spheres at both ends, and these; a sphere between pieces where it shows.
 
-    With g = L² − (r1 − r0)² and y = X·(P1 − P0) + r0 (r1 − r0), the cone is g (X² − r0²) = y² for 0 ≤ y ≤ g, and
-    the foot of its normal is y/g along the axis. Between pieces the planes halve the angles; at curves' own ends there is none.
+    With g = L² − (r1 − r0)² and y = X·(P1 − P0) + r0 (r1 − r0), the cone is g (X² − r0²) = y² for 0 ≤ y ≤
+    g, and the foot of its normal is y/g along the axis. Between pieces the planes halve the angles; at
+    curves' own ends there is none.
     """
     ray = relative(rows, o, d, near)
     dr = ray.r1 - ray.r0
@@ -221,9 +226,7 @@ def meet_linear(rows: Float32, o: Float32, d: Float32, near: Float32) -> Met:
             best, s = np.where(closer, t, best), np.where(closer, float(beyond > 0), s)
         t = best + ray.near
         hit = t > 0
-    return Met(
-        np.where(hit, t, NEVER), np.where(hit, s, 0).astype(np.float32), np.zeros(len(t), np.float32)
-    )
+    return Met(np.where(hit, t, NEVER), np.where(hit, s, 0).astype(np.float32), np.zeros(len(t), np.float32))
 
 
 MEETS = {RIBBON: meet_ribbon, THICK: meet_thick, LINEAR: meet_linear, SPHERE: meet_sphere}

@@ -1,4 +1,4 @@
-"""What shader programs see of curves and points: strands' directions, lengths and thickness, points' centres."""
+"""What shader programs see of curves and points: strands' directions and lengths, points' centres."""
 
 from __future__ import annotations
 
@@ -124,7 +124,9 @@ def along_strands(curves: CurvesData, samples: Samples) -> Float32:
     begin = before[first[of_curve]]
     length = before[first[of_curve + 1] - 1] - begin
     way = (before - begin) / (length + (length == 0))
-    table = np.stack([way, length, random_of(of_curve), np.maximum(curves.radius, 0)], axis=1).astype(np.float32)
+    table = np.stack([way, length, random_of(of_curve), np.maximum(curves.radius, 0)], axis=1).astype(
+        np.float32
+    )
     return samples.by_point(table)
 
 

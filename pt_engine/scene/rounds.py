@@ -66,11 +66,12 @@ class Rounds:
         self.scale = np.ones(len(instances.mesh), np.float32)
         self.by_position = np.zeros(len(instances.mesh), np.bool_)
         rows, pieces, count = [], [], 0
-        for k in own:
+        for k in own.tolist():
             number = int(instances.mesh[k]) - meshes
             matrix = instances.matrix[k].copy()
             matrix[:3, 3] -= geometry.origin
             self.scale[k] = radius_scale(matrix)
+            self.by_position[k] = True
             if number < len(samples):
                 curves = snapshot.curves[number]
                 part = curve_rows(samples[number], KINDS[curves.shape], matrix)
@@ -78,9 +79,7 @@ class Rounds:
             else:
                 points = snapshot.points[number - len(samples)]
                 part = point_rows(points.points, points.radius, matrix)
-                self.by_position[k] = True
-            triangles = int(first[k + 1] - first[k])
-            each = triangles // max(len(part), 1)
+            each = int(first[k + 1] - first[k]) // max(len(part), 1)
             pieces.append(np.repeat(np.arange(count, count + len(part), dtype=np.int32), each))
             rows.append(part)
             count += len(part)
@@ -142,7 +141,7 @@ def point_rows(points: Float32, radius: Float32, matrix: Float64) -> Float32:
 
 
 def seen(rows: Float32, o: Float32, wi: Float32, t: Float32, s: Float32, v: Float32) -> Points:
-    """Positions and normals where rays have met pieces, put back onto them from where rounding has left them."""
+    """Where rays have met pieces, put back onto them from where rounding has left it, and normals."""
     row = np.ascontiguousarray(rows.T).astype(np.float64)
     kind = row[KIND]
     x = o - t.astype(np.float64) * wi
@@ -162,7 +161,7 @@ def seen(rows: Float32, o: Float32, wi: Float32, t: Float32, s: Float32, v: Floa
     flat = np.flatnonzero(kind == RIBBON)
     if len(flat):
         tangent, across = along(row[:, flat], s.take(flat)), v.take(flat).astype(np.float64)
-        beside = unit(cross(tangent, wi.take(flat, axis=1)))
+        beside = unit(cross(tangent, wi.take(flat, axis=1).astype(np.float64)))
         up = unit(cross(beside, tangent))
         normal[:, flat] = across * beside + np.sqrt(np.maximum(1 - across * across, 0)) * up
         p[:, flat] = x[:, flat]

@@ -4,7 +4,8 @@ With the neighbours a, d of the points b, c (themselves at a curve's ends) a seg
 
     2 P(u) = −u(1−u)² a + (2 + u²(3u − 5)) b + (2 + v²(3v − 5)) c − u²(1−u) d,        v = 1 − u
 
-for positions and radii alike. n chords stay within max|P''|/8n² of it; P'' is linear in u, so its ends bound it.
+for positions and radii alike. n chords stay within max|P''|/8n² of it; P'' is linear in u, so its ends
+bound it.
 """
 
 from __future__ import annotations
@@ -146,8 +147,8 @@ def distinct(points: Float32, curve: NDArray[np.integer]) -> NDArray[np.bool_]:
 def tangents(points: Float32, samples: Samples) -> tuple[Float64, Float64]:
     """(K, 3) the spline's derivatives where each piece begins and ends, by the way along the piece.
 
-    Where there is none, or one that leads elsewhere than the piece, the piece's own direction. `points` (S, 3) and
-    `samples.tangent` may both have been moved by a matrix.
+    Where there is none, or one that leads elsewhere than the piece, the piece's own direction. `points` (S,
+    3) and `samples.tangent` may both have been moved by a matrix.
     """
     start = samples.start
     along = points[start + 1].astype(np.float64) - points[start]
@@ -162,7 +163,7 @@ def tangents(points: Float32, samples: Samples) -> tuple[Float64, Float64]:
 
 
 def bisectors(points: Float32, start: Int32) -> tuple[Float64, Float64]:
-    """(K, 3) unit normals of the planes that halve the angles to each piece's neighbours; 0 where it has none."""
+    """(K, 3) unit normals of planes that halve the angles to each piece's neighbours; 0 without."""
     along = unit_rows(points[start + 1].astype(np.float64) - points[start])
     begins, ends = np.zeros((len(points), 3)), np.zeros((len(points), 3))
     begins[start], ends[start + 1] = along, along

@@ -60,10 +60,21 @@ def small_snapshot():
         data.ImageData("udim", tiles=((1001, 0), (1012, 2)), as_rgba=True),
     )
     lights = (data.LightData("POINT", "Lamp", np.eye(4), 10.0, graph=graph("Lamp")),)
+    curves = data.CurvesData(
+        name="hair",
+        points=rng.random((5, 3), np.float32),
+        radius=rng.random(5, np.float32),
+        first=np.array([0, 2, 5], np.int32),
+        material_slot=np.zeros(2, np.int32),
+        uvs={"UVMap": rng.random((2, 2), np.float32)},
+        colors={"by point": rng.random((5, 4), np.float32), "by curve": rng.random((2, 4), np.float32)},
+        generated=rng.random((2, 3), np.float32),
+    )
+    points = data.PointsData("cloud", rng.random((3, 3), np.float32), rng.random(3, np.float32))
     camera = data.CameraData("PANO", np.eye(4), (-1.0, 1.0, -0.5, 0.5), panorama="MIRRORBALL")
     return data.Snapshot(
         (mesh,), instances, (graph("none"), graph()), images, lights, graph("World"), camera,
-        unsupported=(("where", "what", "effect"),),
+        unsupported=(("where", "what", "effect"),), curves=(curves,), points=(points,),
     )  # fmt: skip
 
 
