@@ -48,7 +48,7 @@ def test_an_upright_strand_is_as_wide_as_twice_its_radius(shape):
 
 
 def test_a_cones_hit_is_that_of_its_quadratic():
-    """Radius ρ = 0.2 − 0.05 (z + 1) about Z: |x, y| = ρ(z) at every hit, to float32's 2e-7 near 1 and o + t d."""
+    """Radius ρ = 0.2 − 0.05 (z + 1) about Z: |x, y| = ρ(z) at every hit, to float32's digits of o + t d."""
     rng = np.random.default_rng(3)
     scene = prepare(snapshot([strand(UPRIGHT, [0.2, 0.1], "THICK")]))
     o = random_directions(N, 5) * 3
@@ -126,7 +126,7 @@ def test_rays_that_leave_a_strand_neither_meet_it_again_nor_slip_through_others(
 
 @pytest.mark.parametrize("away", [0.0, 100.0])
 def test_thin_hair_far_from_the_zero_is_still_found(away):
-    """Radius 2⁻¹⁰ at 100 or 200 from the zero, where float32 steps by 2⁻¹⁷: right to steps of the silhouette."""
+    """Radius 2⁻¹⁰ at 200 from the zero, where float32 steps by 2⁻¹⁶: right but next to the silhouette."""
     radius, x0 = 2.0**-10, 2 * away
     x, o, d = across(width=2 * radius)
     points = np.array(UPRIGHT) + [x0, 0, 0]
