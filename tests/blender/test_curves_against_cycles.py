@@ -113,7 +113,6 @@ def agree(tmp_path, samples, tolerance=0.01, cycles=None, **ours):
     theirs = by_cycles(samples, SIZE, tmp_path, **(cycles or {}))
     found = compare(by_engine(samples, SIZE, **ours), theirs)
     assert found.agrees(tolerance), str(found)
-    assert max(abs(x) for x in found.bias) < tolerance, str(found)
 
 
 @pytest.mark.parametrize("shape", SHAPES)

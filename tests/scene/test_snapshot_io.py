@@ -278,3 +278,23 @@ def test_what_a_snapshot_cannot_hold_is_refused_on_saving():
     snapshot = dataclasses.replace(small_snapshot(), unsupported=(object(),))
     with pytest.raises(SnapshotError, match="can't hold"):
         saved(snapshot)
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        {"first": np.array([0, 4, 3], np.int32)},
+        {"first": np.array([0, 2, 6], np.int32)},
+        {"radius": np.zeros(4, np.float32)},
+        {"shape": "ROUND"},
+        {"subdivisions": 1000},
+        {"uvs": {"a": np.zeros((3, 2), np.float32)}},
+        {"colors": {"a": np.zeros((3, 4), np.float32)}},
+        {"material_slot": np.array([0, -1], np.int32)},
+    ],
+)
+def test_curves_that_point_past_their_arrays_are_refused(broken):
+    snapshot = small_snapshot()
+    curves = dataclasses.replace(snapshot.curves[0], **broken)
+    with pytest.raises(SnapshotError):
+        loaded(saved(dataclasses.replace(snapshot, curves=(curves,))))
