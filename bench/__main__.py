@@ -2,6 +2,8 @@
 
 `python -m bench materials` writes docs/materials-speed.md.
 
+`python -m bench gallery` writes docs/gallery.md and its pictures (beside --json FILE, if that is given).
+
 `python -m bench page` writes docs/numbers.md from what the last separate measurements left.
 """
 
@@ -17,21 +19,29 @@ from . import machine
 from .scenes import made
 from .shapes import MODELS
 
+MORE = ("demo", "room", "lamps")  # of `gallery`
+
 
 def main() -> None:
     """Parse the command line and measure."""
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
-    kinds = ("stages", "renders", "memory", "textures", "all", "page", "materials")
+    kinds = ("stages", "renders", "memory", "textures", "all", "page", "materials", "gallery")
     parser.add_argument("what", choices=kinds)
-    parser.add_argument("--scene", action="append", choices=tuple(MODELS), help="may be repeated")
+    parser.add_argument("--scene", action="append", choices=(*MODELS, *MORE), help="may be repeated")
     parser.add_argument("--sampler", default="independent", help="of `stages`")
     parser.add_argument("--passes", type=int, default=6, help="of `stages`: the best of so many")
+    parser.add_argument("--seconds", type=float, default=3.0, help="of `gallery`: core seconds of each run")
     parser.add_argument("--no-peers", action="store_true", help="leave Mitsuba and Cycles out")
     parser.add_argument("--folder", type=Path, default=machine.ROOT / "out" / "bench", help="for the scenes")
     parser.add_argument("--json", type=Path, help="where to write the results (default: FOLDER/WHAT.json)")
     arguments = parser.parse_args()
     if arguments.what == "materials":
         materials_page()
+        return
+    if arguments.what == "gallery":
+        from .gallery import written
+
+        written(arguments)
         return
     results = measured(arguments)
     path = arguments.json or arguments.folder / f"{arguments.what}.json"

@@ -113,6 +113,8 @@ def stages_text(stages: Results) -> str:
     for kind in ("closest", "shadow"):
         counts = (stages[n]["rays_per_sample"][kind] for n in names)
         rows.append([f"{kind} rays per sample", *(f"{count:.2f}" for count in counts)])
+    costs = (stages[n].get("ledger_costs") for n in names)  # unknown in results of before
+    rows.append(["keeping the ledger costs", *("" if c is None else f"{c:+.1%}" for c in costs)])
     rows.append(["M samples per CPU second", *(millions(stages[n]["samples_per_cpu_second"]) for n in names)])
     return (
         "## Stages\n\nNanoseconds of CPU time per path vertex (a hit that scatters), one core, independent "

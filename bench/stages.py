@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -17,64 +18,21 @@ from typing import Any
 
 import numpy as np
 
+from pt_engine.core.clock import Cell, Clock, runs
 from pt_engine.core.samplers import SAMPLERS
-from pt_engine.render import integrators, path, progressive, survivors  # noqa: F401  fills the registry
-from pt_engine.render.dimensions import LaneSampler
+from pt_engine.render import integrators  # noqa: F401  fills the registry
 from pt_engine.render.film import Film
 from pt_engine.render.integrator import INTEGRATORS
-from pt_engine.render.path_state import PathState
+from pt_engine.render.ledger import STAGES
 from pt_engine.render.schedule import LARGEST_PASS, morton_order, units
 from pt_engine.render.settings import RenderSettings
 from pt_engine.render.worker import Worker
 from pt_engine.scene.accel import Accel
 from pt_engine.scene.prepare import prepare
-from pt_engine.scene.scene import Scene
-from pt_engine.scene.shading import ShadedBSDF
 from pt_engine.scene.snapshot_io import load_snapshot
 
-from .clock import Clock, timed, wrapped
 from .shapes import FRAMES, RR_DEPTH
-
-STAGES = (
-    "generate",
-    "intersect",
-    "surface",
-    "emission",
-    "shade",
-    "random",
-    "emitter",
-    "shadow",
-    "eval",
-    "bsdf",
-    "roulette",
-    "film",
-    "rest",
-)
-OWNERS = (
-    (Worker, "lane_sampler", "generate"),
-    (Worker, "camera_rays", "generate"),
-    (Accel, "intersect", "intersect"),
-    (Scene, "intersect", "surface"),
-    (Scene, "surface", "surface"),
-    (Scene, "batch", "surface"),
-    (Scene, "emission", "emission"),
-    (PathState, "gather", "emission"),
-    (Scene, "shade", "shade"),
-    (LaneSampler, "_row", "random"),
-    (LaneSampler, "roulette", "random"),
-    (LaneSampler, "emitter", "random"),
-    (LaneSampler, "bsdf", "random"),
-    (path, "next_event", "emitter"),
-    (Accel, "visible", "shadow"),
-    (ShadedBSDF, "eval_pdf", "eval"),
-    (ShadedBSDF, "sample", "bsdf"),
-    (survivors.Wavefront, "advance", "bsdf"),
-    (survivors.Wavefront, "survivors", "roulette"),
-    (survivors.Wavefront, "finish", "roulette"),
-    (survivors, "roulette", "roulette"),
-    (Film, "add", "film"),
-    (Worker, "render", "rest"),
-)
+from .wrapping import wrapped
 
 
 class Pass:
@@ -111,23 +69,20 @@ def stages(blend: Path, sampler: str = "independent", passes: int = 6) -> dict[s
     """Nanoseconds per vertex by stage, samples per CPU second, and Embree's share by replay."""
     work = Pass(blend, sampler)
     untimed_pass(work)
-    best: Clock | None = None
-    for _ in range(passes):
-        clock = timed_pass(work)
-        if best is None or total(clock) / clock.counts["vertices"] < total(best) / best.counts["vertices"]:
-            best = clock
-    if best is None:
-        raise ValueError("at least one pass is needed")
-    vertices, samples = best.counts["vertices"], best.counts["samples"]
+    best, samples = min((timed_pass(work) for _ in range(passes)), key=lambda timed: total(timed[0]))
+    vertices, seconds = sum(best.vertices.values()), Counter[str]()
+    for cell, part in best.seconds.items():
+        seconds[Cell(*cell).stage] += part
     plain = min(untimed_pass(work) for _ in range(passes))
     embree, rays = min((embree_pass(work) for _ in range(max(2, passes // 2))), key=lambda pair: pair[0])
     return {
         "sampler": sampler,
-        "ns_per_vertex": {stage: 1e9 * best.seconds[stage] / vertices for stage in STAGES},
+        "ns_per_vertex": {stage: 1e9 * seconds[stage] / vertices for stage in STAGES},
         "ns_per_vertex_total": 1e9 * total(best) / vertices,
         "vertices_per_sample": vertices / samples,
         "rays_per_sample": rays,
         "samples_per_cpu_second": 1 / plain,
+        "ledger_costs": total(best) / samples / plain - 1,
         "embree_only_samples_per_cpu_second": 1 / embree,
         "embree_share": embree / plain,
     }
@@ -138,23 +93,11 @@ def total(clock: Clock) -> float:
     return sum(clock.seconds.values())
 
 
-def timed_pass(work: Pass) -> Clock:
-    """One pass with every stage timed."""
-    clock = Clock()
-
-    def counted(shade: Callable[..., Any]) -> Callable[..., Any]:
-        def wrapper(scene: Scene, si: Any, *args: Any) -> Any:
-            clock.counts["vertices"] += si.size
-            return shade(scene, si, *args)
-
-        return wrapper
-
-    with (
-        wrapped([(Scene, "shade", counted)]),
-        wrapped([(o, n, partial(timed, clock=clock, stage=s)) for o, n, s in OWNERS]),
-    ):
-        clock.counts["samples"] = work.render()
-    return clock
+def timed_pass(work: Pass) -> tuple[Clock, int]:
+    """One pass with every stage timed, and the number of its camera rays."""
+    with runs(Clock()) as clock:
+        samples = work.render()
+    return clock, samples
 
 
 def untimed_pass(work: Pass) -> float:

@@ -24,7 +24,7 @@ PLATFORMS = {  # Blender's name: pip's
     "macos-arm64": "macosx_13_0_arm64",
     "macos-x64": "macosx_13_0_x86_64",
 }
-SUFFIXES = {".py", ".txt", ".npz", ".npy", ".json", ".toml"}  # of the package's files
+SUFFIXES = {".py", ".txt", ".html", ".npz", ".npy", ".json", ".toml"}  # of the package's files
 STAMP = (2026, 1, 1, 0, 0, 0)  # the same content gives the same zip
 
 

@@ -8,7 +8,7 @@ ENGINE = "PT_ENGINE"
 
 # Blender marks what every engine can use with BLENDER_RENDER; these of them have no effect here, or are
 # shown better by another panel:
-NOT_FOR_US = ("freestyle", "stereoscopy", "preview", "simplify", "VIEWLAYER_PT_filter", "NODE_DATA_PT_light")
+NOT_FOR_US = ("freestyle", "preview", "simplify", "VIEWLAYER_PT_filter", "NODE_DATA_PT_light")
 DOUBLE = ("DATA_PT_light",)
 # and these are useful here though they are marked for EEVEE alone:
 OF_EEVEE = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 
 from .final import final_render
+from .passes import registered_passes
 from .record import Session
 from .refusal import reported_to
 
@@ -29,4 +30,5 @@ class PTEngine(bpy.types.RenderEngine):
         Session.observer.on_failure(message)
 
     def update_render_passes(self, scene=None, renderlayer=None):
-        self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
+        for name, channels, letters, kind in registered_passes(renderlayer):
+            self.register_pass(scene, renderlayer, name, channels, letters, kind)

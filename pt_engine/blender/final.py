@@ -3,64 +3,101 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from itertools import chain
+from typing import Any
 
 import bpy
 
 from ..render import integrators  # noqa: F401  fills the registry
+from ..render.ledger import Ledger
+from ..render.memory import check_film, fitted, room, room_for_scene
 from ..render.progressive import render
 from ..render.stats import statistics
+from ..report.error_picture import error_picture
+from ..scene.memory import snapshot_bytes
 from ..scene.prepare import prepare
+from . import passes
 from .export import export_scene
 from .nonfinite import add_commands, headline, lines
 from .picture import Picture
 from .record import RenderRecord, Session, write_json
 from .refusal import Refusal
 from .settings import settings_of
+from .views import views
 from .words import coverage_lines, inexact, shortened, status
 
 STATUS_INTERVAL = {False: 0.2, True: 2.0}  # seconds; in background mode each one is a line on the terminal
 
 
 def final_render(engine, depsgraph) -> None:
-    """Render one view layer of one frame into Blender's result."""
+    """Render one view layer of one frame into Blender's result, view by view."""
     started = time.perf_counter()
-    scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval.name
+    scene = depsgraph.scene_eval
     record = record_of(engine, scene)
-    if scene.render.use_multiview:
-        raise Refusal("stereoscopy is not supported: switch it off in the output properties")
-    settings = settings_of(scene, engine.resolution_x, engine.resolution_y)
+    size = engine.resolution_x, engine.resolution_y
+    settings = settings_of(scene, *size)
+    settings = replace(settings, half_buffers=passes.wants_halves(depsgraph.view_layer_eval))
+    check_film(settings, room(scene.pt_engine.memory_limit << 20))
 
     engine.update_stats("", "Exporting the scene")
-    snapshot = export_scene(depsgraph)
-    exported = time.perf_counter()
-    engine.update_stats("", "Preparing the scene")
-    prepared = prepare(snapshot, settings.film_transparent, scene.pt_engine.texture_memory << 20)
-    record.coverage = tuple(dict.fromkeys(chain(record.coverage, prepared.coverage)))
-    tell_coverage(engine, prepared.coverage, scene.pt_engine.strict)
-    if Session.observer.takes_over(prepared, settings):
-        return
+    snapshot = export_scene(depsgraph, frame_set=engine.frame_set)
+    exported = time.perf_counter() - started
+    for view, seen in views(engine, depsgraph, snapshot, size):
+        started = time.perf_counter() - exported  # the one export is part of each view's time
+        engine.update_stats("", "Preparing the scene")
+        prepared = prepared_to_fit(seen, settings, scene.pt_engine)
+        record.coverage = tuple(dict.fromkeys(chain(record.coverage, prepared.coverage)))
+        tell_coverage(engine, prepared.coverage, scene.pt_engine.strict)
+        if Session.observer.takes_over(prepared, settings, seen):
+            return
+        settings = fitted(settings, room(scene.pt_engine.memory_limit << 20, prepared.bytes))
+        stats = render_view(engine, depsgraph, prepared, settings, view)
+        stats["seconds"]["export"] = exported
+        stats["seconds"]["total"] = time.perf_counter() - started
+        layer = depsgraph.view_layer_eval.name
+        record.layers[f"{layer}, {view}" if view else layer] = stats
+        exported = 0.0
+    if scene.pt_engine.stats_path:
+        write_json(bpy.path.abspath(scene.pt_engine.stats_path), record.statistics())
 
+
+def prepared_to_fit(snapshot, settings, own):
+    """The scene, placed so that it fits in what the machine has free, or in what the user allows."""
+    left = room(own.memory_limit << 20, snapshot_bytes(snapshot))
+    return prepare(
+        snapshot, settings.film_transparent, own.texture_memory << 20, room_for_scene(settings, left)
+    )
+
+
+def render_view(engine, depsgraph, prepared, settings, view: str) -> dict[str, Any]:
+    """One picture of a prepared scene; its statistics."""
+    layer = depsgraph.view_layer_eval.name
     x0, y0, x1, y1 = settings.window
     meter = Meter(engine)
-    with Picture(engine, layer, (x1 - x0, y1 - y0)) as picture:
+    passes.add_to(engine, depsgraph.view_layer_eval)
+    with Picture(engine, layer, (x1 - x0, y1 - y0), view) as picture:
 
         def on_progress(progress) -> None:
             meter.tell(progress)
             picture.show_progress(progress)
 
-        result = render(prepared, settings, on_progress, meter.should_stop)
+        ledger = Ledger()
+        result = render(prepared, settings, on_progress, meter.should_stop, ledger)
+        for extra in passes.enabled(depsgraph.view_layer_eval):
+            picture.fill(extra.name, extra.image(result.film))
         picture.show(result.image())
 
-    stats = statistics(prepared, settings, result)
-    add_commands(stats["nonfinite"]["samples"], settings, bpy.data.filepath, scene.frame_current, layer)
+    stats = statistics(prepared, settings, result, ledger)
+    frame = depsgraph.scene_eval.frame_current
+    add_commands(stats["nonfinite"]["samples"], settings, bpy.data.filepath, frame, layer)
     stats["versions"]["blender"] = bpy.app.version_string
-    stats["seconds"]["export"] = exported - started
-    stats["seconds"]["total"] = time.perf_counter() - started
-    record.layers[layer] = stats
+    stats["view_layer"] = layer
+    Session.observer.on_film(result.film)
+    if not bpy.app.background:
+        engine.pt_record.error = error_picture(result.film)
     tell_nonfinite(engine, stats)
-    if scene.pt_engine.stats_path:
-        write_json(bpy.path.abspath(scene.pt_engine.stats_path), record.statistics())
+    return stats
 
 
 class Meter:

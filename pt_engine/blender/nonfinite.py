@@ -17,12 +17,17 @@ def replay_command(sample, settings, file: str, frame: int, view_layer: str) -> 
     """`python -m pt_engine replay …` with all settings that a path depends on, however they were set."""
     words = ["python", "-m", "pt_engine", "replay", file or "FILE.blend"]
     words += ["--pixel", f"{sample['x']},{sample['y']}", "--sample", str(sample["sample"])]
-    words += ["--size", f"{settings.width}x{settings.height}", "--frame", str(frame)]
+    return shlex.join([*words, *settings_words(settings, frame, view_layer)])
+
+
+def settings_words(settings, frame: int, view_layer: str) -> list[str]:
+    """Options of the command line that give each sample of a render the path that it had."""
+    words = ["--size", f"{settings.width}x{settings.height}", "--frame", str(frame)]
     words += ["--view-layer", view_layer, "--seed", str(settings.seed)]
     words += ["--integrator", settings.integrator, "--max-depth", str(settings.max_depth)]
     for name in PATH_SETTINGS:
         words += ["--set", f"{name}={getattr(settings, name)}"]
-    return shlex.join(words)
+    return words
 
 
 def headline(number: int) -> str:

@@ -21,6 +21,18 @@ PROPERTY_PANELS = (
         ((OWN, "integrator"), (OWN, "samples"), (OWN, "seconds"), (OWN, "seed"), (OWN, "sampler")),
     ),
     (
+        "target",
+        "Target Error",
+        False,
+        (
+            (OWN, "target_error"),
+            (OWN, "target_of"),
+            (OWN, "target_percentile"),
+            (OWN, "min_samples"),
+            (OWN, "adaptive"),
+        ),
+    ),
+    (
         "light_paths",
         "Light Paths",
         False,
@@ -41,7 +53,7 @@ PROPERTY_PANELS = (
         "performance",
         "Performance",
         True,
-        ((RENDER, "threads_mode"), (RENDER, "threads"), (OWN, "texture_memory")),
+        ((RENDER, "threads_mode"), (RENDER, "threads"), (OWN, "texture_memory"), (OWN, "memory_limit")),
     ),
     (
         "simplify",
@@ -93,6 +105,12 @@ def is_active(scene, prop: str) -> bool:
     """Whether a property has an effect with the others as they are."""
     if prop == "filter_width":
         return scene.pt_engine.pixel_filter not in ("FILE", "BOX")
+    if prop == "target_of":
+        return scene.pt_engine.target_error > 0
+    if prop == "target_percentile":
+        return scene.pt_engine.target_error > 0 and scene.pt_engine.target_of == "PIXELS"
+    if prop == "min_samples":
+        return scene.pt_engine.target_error > 0 or scene.pt_engine.adaptive
     if prop.startswith("simplify"):
         return scene.render.use_simplify
     if prop == "threads":

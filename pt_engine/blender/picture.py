@@ -11,23 +11,23 @@ LONGEST_INTERVAL = 20.0
 
 
 class Picture:
-    """One view layer's render result.
+    """The render result of one view layer, and of one of its views where it has several.
 
     Use as a context manager: it is ended on the way out, and cancelled where an exception leaves.
     """
 
-    def __init__(self, engine, layer: str, size: tuple[int, int]) -> None:
+    def __init__(self, engine, layer: str, size: tuple[int, int], view: str = "") -> None:
         self.engine = engine
         self.layer = layer
+        self.view = view
         self.size = size
         self.shown_at = -1.0
         self.interval = FIRST_INTERVAL
         self.watched = not bpy.app.background
 
     def __enter__(self) -> Picture:
-        self.result = self.engine.begin_result(0, 0, *self.size, layer=self.layer)
-        passes = {p.name: p for p in self.result.layers[0].passes}
-        self.combined = passes["Combined"]
+        self.result = self.engine.begin_result(0, 0, *self.size, layer=self.layer, view=self.view)
+        self.passes = {p.name: p for p in self.result.layers[0].passes}
         return self
 
     def __exit__(self, kind, error, trace) -> None:
@@ -35,8 +35,13 @@ class Picture:
 
     def show(self, image: np.ndarray) -> None:
         """Hand over (height, width, 4) float32, bottom row first."""
-        self.combined.rect.foreach_set(np.ascontiguousarray(image, np.float32).reshape(-1))
+        self.fill("Combined", image)
         self.engine.update_result(self.result)
+
+    def fill(self, name: str, image: np.ndarray) -> None:
+        """Put an image into a pass; what is undefined there (one sample has no error) is 0."""
+        values = np.nan_to_num(np.ascontiguousarray(image, np.float32))
+        self.passes[name].rect.foreach_set(values.reshape(-1))
 
     def show_progress(self, progress) -> None:
         """Show the first pass at once, later ones at growing intervals; nothing where nobody looks."""

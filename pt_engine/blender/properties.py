@@ -59,6 +59,45 @@ class PTEngineSettings(bpy.types.PropertyGroup):
         min=0.0,
         unit="TIME_ABSOLUTE",
     )
+    target_error: FloatProperty(
+        name="Target Error",
+        description="Relative error at which rendering ends: 0.01 is 1 %; 0 for none. "
+        "Samples and time limit still hold",
+        default=0.0,
+        min=0.0,
+        soft_max=0.5,
+        max=10.0,
+        precision=4,
+    )
+    target_of: EnumProperty(
+        name="Target For",
+        description="Whose error it is",
+        items=[
+            ("IMAGE", "Image", "Root of the image's mean squared relative error"),
+            ("PIXELS", "Pixels", "The standard error of most pixels: a noise threshold"),
+        ],
+        default="IMAGE",
+    )
+    target_percentile: FloatProperty(
+        name="Pixels Below",
+        description="Percentage of pixels whose relative error has to be below the target",
+        default=95.0,
+        min=1.0,
+        max=100.0,
+        subtype="PERCENTAGE",
+    )
+    min_samples: IntProperty(
+        name="Min Samples",
+        description="Samples for each pixel before the error decides anything",
+        default=16,
+        min=4,
+        soft_max=256,
+    )
+    adaptive: BoolProperty(
+        name="Adaptive",
+        description="Pixels whose surroundings have little noise stop early; Samples is the most one gets",
+        default=False,
+    )
     seed: IntProperty(
         name="Seed",
         description="Another seed gives other noise; the same seed gives the same image, bit for bit",
@@ -124,6 +163,16 @@ class PTEngineSettings(bpy.types.PropertyGroup):
         soft_max=65536,
         max=1048576,
     )
+    memory_limit: IntProperty(
+        name="Memory Limit",
+        description="Megabytes that a render may take beside Blender itself; 0 for what is free. "
+        "Instances that would not fit are rendered without being placed, which is slower; what does not fit "
+        "even so is refused before it starts",
+        default=0,
+        min=0,
+        soft_max=1048576,
+        max=16777216,
+    )
     strict: BoolProperty(
         name="Strict",
         description="Refuse to render a scene with anything that is not rendered exactly, and list it",
@@ -141,11 +190,36 @@ class PTEngineSettings(bpy.types.PropertyGroup):
     )
 
 
+class PTEngineLayerSettings(bpy.types.PropertyGroup):
+    """Passes of a view layer that only PT Engine has; off, they cost nothing."""
+
+    use_pass_standard_error: BoolProperty(
+        name="Standard Error",
+        description="How uncertain each pixel still is: the standard deviation of its mean, per channel",
+        default=False,
+    )
+    use_pass_sample_count: BoolProperty(
+        name="Sample Count",
+        description="How many samples each pixel got",
+        default=False,
+    )
+    use_pass_halves: BoolProperty(
+        name="Half Buffers",
+        description="The image from even samples (Half A) and from odd ones (Half B): two independent "
+        "renders, as denoisers and comparisons want them",
+        default=False,
+    )
+
+
 def register() -> None:
     bpy.utils.register_class(PTEngineSettings)
+    bpy.utils.register_class(PTEngineLayerSettings)
+    bpy.types.ViewLayer.pt_engine = PointerProperty(type=PTEngineLayerSettings)
     bpy.types.Scene.pt_engine = PointerProperty(type=PTEngineSettings)
 
 
 def unregister() -> None:
     del bpy.types.Scene.pt_engine
+    del bpy.types.ViewLayer.pt_engine
+    bpy.utils.unregister_class(PTEngineLayerSettings)
     bpy.utils.unregister_class(PTEngineSettings)

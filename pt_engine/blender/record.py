@@ -9,13 +9,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ..scene.features import ON
+
 SUMMED = ("export", "build", "render", "write", "total")
 
 
 class Observer:
     """Follows renders; the command line puts its own in place of this, which does nothing."""
 
-    def takes_over(self, scene, settings) -> bool:
+    def takes_over(self, scene, settings, snapshot) -> bool:
         """Called when the scene is prepared; True if nothing is to be rendered."""
         return False
 
@@ -25,6 +27,9 @@ class Observer:
 
     def on_progress(self, progress) -> None:
         """After every unit of work."""
+
+    def on_film(self, film) -> None:
+        """The film of a render that is over."""
 
     def should_stop(self) -> bool:
         """Asked after every unit of work."""
@@ -43,6 +48,12 @@ class RenderRecord:
     layers: dict[str, dict[str, Any]] = field(default_factory=dict)
     coverage: tuple[Any, ...] = ()
     failure: str = ""
+    error: Any = None  # of the last layer: the picture of its standard errors, where somebody may look at it
+
+    @property
+    def has_holes(self) -> bool:
+        """Whether a holdout may have cut holes into some layer."""
+        return any(layer["features"]["holdouts"] == ON for layer in self.layers.values())
 
     def statistics(self) -> dict[str, Any]:
         """Of the first layer; with several, times and rays are sums and `layers` has each."""

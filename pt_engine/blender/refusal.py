@@ -10,11 +10,15 @@ import sys
 import traceback
 from contextlib import contextmanager
 
+from ..scene.memory import TooLarge
 from .export import ExportError
 
 
 class Refusal(RuntimeError):
     """The engine won't render this, and why: a message for the user, not a defect of the engine."""
+
+
+EXPECTED = Refusal, ExportError, TooLarge  # their text says it all
 
 
 @contextmanager
@@ -31,7 +35,7 @@ def reported_to(engine, on_failure=lambda message: None):
         yield
     except BaseException as error:
         message = message_of(error)
-        if not isinstance(error, (Refusal, ExportError)):
+        if not isinstance(error, EXPECTED):
             traceback.print_exc(file=sys.stderr)
         on_failure(message)
         engine.error_set(message)
@@ -40,7 +44,7 @@ def reported_to(engine, on_failure=lambda message: None):
 
 def message_of(error: BaseException) -> str:
     """What a person is told: the refusal's own words, or the kind of error and its text."""
-    if isinstance(error, (Refusal, ExportError)):
+    if isinstance(error, EXPECTED):
         return str(error)
     kind = "interrupted" if isinstance(error, KeyboardInterrupt) else type(error).__name__
     return f"{kind}: {error}" if str(error) else kind

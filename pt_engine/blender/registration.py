@@ -7,6 +7,7 @@ import atexit
 import bpy
 
 from . import (
+    accuracy_panel,
     compatibility,
     coverage_panel,
     object_panels,
@@ -20,7 +21,7 @@ from . import (
 from .engine import PTEngine
 
 PARTS = (
-    *(properties, operators, panels, coverage_panel, object_panels, panorama_panel),
+    *(properties, operators, panels, accuracy_panel, coverage_panel, object_panels, panorama_panel),
     *(compatibility, preferences),
 )
 

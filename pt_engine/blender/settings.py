@@ -14,8 +14,10 @@ FILTERS = ("BLACKMAN_HARRIS", "GAUSSIAN", "BOX")  # as Cycles names them, too
 def settings_of(scene, width: int, height: int) -> RenderSettings:
     """Settings of a final render of `width` × `height` pixels (the full image, percentage applied)."""
     own = scene.pt_engine
-    if own.samples == 0 and own.seconds == 0.0 and bpy.app.background:
-        raise Refusal("neither samples nor seconds are limited: without a window this render would never end")
+    if endless(own) and bpy.app.background:
+        raise Refusal(
+            "neither samples, time nor error are limited: without a window this render would never end"
+        )
     kind, filter_width = pixel_filter(scene)
     return RenderSettings(
         width=width,
@@ -23,6 +25,10 @@ def settings_of(scene, width: int, height: int) -> RenderSettings:
         border=border(scene.render, width, height),
         samples=own.samples,
         seconds=own.seconds,
+        target_error=own.target_error,
+        target_percentile=own.target_percentile if own.target_of == "PIXELS" else 0.0,
+        min_samples=own.min_samples,
+        adaptive=own.adaptive and (own.samples > 0 or own.target_error > 0),
         seed=own.seed,
         threads=scene.render.threads if scene.render.threads_mode == "FIXED" else 0,
         integrator=integrator(own),
@@ -34,6 +40,11 @@ def settings_of(scene, width: int, height: int) -> RenderSettings:
         filter_width=filter_width,
         film_transparent=scene.render.film_transparent,
     )
+
+
+def endless(own) -> bool:
+    """Whether nothing ends the render."""
+    return own.samples == 0 and own.seconds == 0 and own.target_error == 0
 
 
 def integrator(own) -> str:

@@ -35,9 +35,18 @@ def status(progress) -> str:
     if math.isfinite(progress.remaining):
         parts.append(f"remaining {duration(progress.remaining)}")
     parts.append(f"{progress.rays_per_second * 1e-6:.1f} Mrays/s")
+    if progress.forecast.latest:
+        parts.append(prediction(progress.forecast.latest))
     if progress.nonfinite_count:
         parts.append(f"{progress.nonfinite_count} non-finite samples dropped")
     return " | ".join(parts)
+
+
+def prediction(found) -> str:
+    """`reaches 1 % in 3:10 (2:50 to 3:40)`: from the render's start."""
+    low, high = found.seconds_ci95
+    when = f"{duration(found.seconds)} ({duration(low)} to {duration(high)})"
+    return f"reaches {found.target * 100:.3g} % in {when}"
 
 
 def estimated_error(error: dict) -> str:
@@ -50,6 +59,31 @@ def estimated_error(error: dict) -> str:
     if low is not None and high is not None and math.isfinite(high):
         text += f" (95 %: {math.sqrt(max(low, 0.0)):.2%} to {math.sqrt(max(high, 0.0)):.2%})"
     return text
+
+
+def ledger_lines(stats, most: int = 4) -> list[str]:
+    """Where a render's time went, from stats' `ledger`: its largest stages, effects and materials."""
+    books = (stats or {}).get("ledger")
+    if not books:
+        return []
+    whole = sum(stage["seconds"] for stage in books["stages"].values())
+    if whole <= 0:
+        return []
+
+    def share(rows) -> str:
+        return ", ".join(f"{name} {seconds / whole:.0%}" for name, seconds in list(rows)[:most])
+
+    lines = ["Time: " + share((name, stage["seconds"]) for name, stage in books["stages"].items())]
+    bounces = [f"{k}: {bounce['seconds'] / whole:.0%}" for k, bounce in enumerate(books["bounces"][:most])]
+    lines.append("Bounces " + ", ".join(bounces))
+    if books["effects"]:
+        lines.append("Effects: " + share(books["effects"].items()))
+    if books["materials"]:
+        rows = ((name, row["seconds"]) for name, row in books["materials"].items())
+        lines.append("Materials: " + share(rows))
+    if (lost := books["waiting"] / (books["threads"] * books["wall"] or 1)) > 0.1:
+        lines.append(f"Threads have waited {lost:.0%} of the time")
+    return lines
 
 
 def inexact(coverage) -> list:
@@ -75,3 +109,21 @@ def coverage_lines(coverage) -> list[str]:
 def shortened(lines: list[str], limit: int = LISTED) -> list[str]:
     """The first lines, and how many more there are."""
     return lines if len(lines) <= limit else [*lines[:limit], f"and {len(lines) - limit} more"]
+
+
+STOPPED = {
+    "samples": "all samples were taken",
+    "time": "the time was up",
+    "target": "the target error is reached",
+    "noise": "no pixel needs more",
+    "cancelled": "it was cancelled",
+}
+
+
+def error_lines(stats) -> list[str]:
+    """What is known of a render's error, from its statistics."""
+    error = estimated_error(stats["error"])
+    return [
+        "Error " + error if error else "Too few samples to know the error",
+        f"{stats['samples']} samples: {STOPPED[stats['stopped_by']]}",
+    ]

@@ -10,6 +10,8 @@ A model is a module with
     eval_pdf(params, wi, wo) -> value, pdf       f·|cosθo| (3, N) or (1, N), density (N,); 0 for a delta lobe
     sample(params, wi, u0, u1, u2) -> BSDFSample u0 chooses the lobe, u1 and u2 the direction
     albedo(params, cos_i) -> (N,) or (1,)        how much it reflects, roughly: guides the choice of closure
+    SPECULAR, TRANSMITS: bool                    optional: its normal is raised so that a mirror's would
+                                                 reflect, no bump dims it (`scene.shading`); light passes
 
 `value` is sr⁻¹. Random numbers are in [0, 1). `weight` is f·|cosθo|/pdf, in closed form where it cancels.
 """
@@ -29,6 +31,7 @@ class Lobe:
     """What kind of scattering a sample was (bits)."""
 
     DIFFUSE, GLOSSY, DELTA, TRANSMIT, TRANSPARENT, PORTAL = 1, 2, 4, 8, 16, 32
+    CLEAR = 64  # passed glass that shows a transparent film; no model sets it
     NONE = 0
 
 

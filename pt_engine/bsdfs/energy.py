@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base import Float32
+from .fresnel import dielectric
 from .interpolation import cell, lerp, line, plane
 
 Int32 = NDArray[np.int32]
@@ -68,8 +69,16 @@ def gloss(alpha_x: Float32, alpha_y: Float32 | None, eta: Float32, cos_i: Float3
 
 
 def passed(alpha: Float32, eta: Float32, cos: Float32) -> Float32:
-    """Share of the light at cosθ that enters a dielectric, η > 1: (N,)."""
-    return _lookup3("passed", table_roughness(alpha, None), _index_axis(eta), np.zeros(1, np.int32), cos)
+    """Share of the light at cosθ that enters a dielectric, η > 1: (N,).
+
+    The table's smooth end is replaced by Fresnel's own 1 − F: towards grazing that falls to 0 within less
+    than a cell where η is near 1, and with a reflection of F the sum would be more than 1.
+    """
+    rough, z, nowhere = table_roughness(alpha, None), _index_axis(eta), np.zeros(1, np.int32)
+    table: Float32 = _lookup3("passed", rough, z, nowhere, cos)
+    share: Float32 = np.maximum(1.0 - rough * (len(_tables()["passed"]) - 1), 0.0)
+    smooth = 1.0 - dielectric(np.maximum(cos, 0.0), eta)[0]
+    return table + share * (smooth - _lookup3("passed", 0.0 * rough, z, nowhere, cos))
 
 
 def inner_reflectance(alpha: Float32, eta: Float32) -> Float32:

@@ -13,6 +13,7 @@ from ..core import warps
 from .base import BSDFSample, Float32, Lobe
 
 TRANSMITS = True
+SPECULAR = True  # of its normal Cycles makes what it makes of a mirror's
 
 
 class Params(NamedTuple):

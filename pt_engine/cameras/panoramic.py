@@ -22,8 +22,11 @@ from numpy.typing import NDArray
 from ..core.vectors import normalize
 from ..scene.snapshot import CameraData
 from .base import Camera, CameraRays
+from .spherical_stereo import of_eye
 
 Float32 = NDArray[np.float32]
+
+DOWN = np.array([[0], [-1], [0]], np.float32)  # right, up, forward are left-handed: d × down is to the right
 
 
 class Directions(NamedTuple):
@@ -48,14 +51,16 @@ class Panoramic(Camera):
         project = PROJECTIONS.get(self.data.panorama, equirectangular)
         local, seen = project(self.data, *self._plane(raster))
         tfar = np.where(seen, np.float32(self._length), np.float32(-1))
-        if self._aperture is None or u_lens is None:
-            d = self._world(*local)
-            return CameraRays(self._eye + d * np.float32(self._near), d, tfar)
-        on_lens = self._on_lens(local, self._aperture.sample(u_lens))
-        d = self._world(*normalize(local * np.float32(self._focus) - on_lens))
-        o = self._eye + self._world(*on_lens)
-        o += d * np.float32(self._near)
-        return CameraRays(o, d, tfar)
+        start: Float32 | None = None  # None: the eye
+        if self._aperture is not None and u_lens is not None:
+            start = self._on_lens(local, self._aperture.sample(u_lens))
+            local = normalize(local * np.float32(self._focus) - start)
+        if self.data.stereo is not None:
+            offset, local = of_eye(self.data.stereo, local, DOWN)
+            start = offset if start is None else start + offset
+        d = self._world(*local)
+        o = self._eye + d * np.float32(self._near)
+        return CameraRays(o if start is None else o + self._world(*start), d, tfar)
 
     def _on_lens(self, local: Float32, lens: Float32) -> Float32:
         """Points of an aperture that faces each direction d.

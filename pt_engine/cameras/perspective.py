@@ -7,8 +7,11 @@ from numpy.typing import NDArray
 
 from ..core.vectors import dot, normalize
 from .base import Camera, CameraRays
+from .spherical_stereo import of_eye
 
 Float32 = NDArray[np.float32]
+
+WORLD_UP = np.array([[0], [0], [1]], np.float32)
 
 
 class Perspective(Camera):
@@ -30,14 +33,33 @@ class Perspective(Camera):
         x, y = self._plane(raster)
         toward = self._world(x, y, 1.0)  # one unit deep
         slant = np.sqrt(x * x + y * y + 1.0)  # distance per depth
+        if self.data.stereo is not None:
+            return self._one_eye(toward, slant, u_lens)
         if self._aperture is None or u_lens is None:
             o = self._eye + toward * np.float32(self._near)
             return CameraRays(o, normalize(toward), slant * np.float32(self._length))
+        on_lens, d = self._through_lens(toward, u_lens)
+        o = self._eye + on_lens
+        o += d * (slant * np.float32(self._near))
+        return CameraRays(o, d, slant * np.float32(self._length))
+
+    def _through_lens(self, toward: Float32, u_lens: Float32 | None) -> tuple[Float32, Float32]:
+        """Points on the lens, from its centre, and directions from there to the plane in focus."""
+        if self._aperture is None or u_lens is None:
+            return np.zeros_like(toward), normalize(toward)
         lens = self._aperture.sample(u_lens)
         on_lens = self._world(lens[0], lens[1], 0.0)
         d = toward * np.float32(self._focus)
         d -= on_lens
         d *= np.reciprocal(np.sqrt(dot(d, d)))
-        o = self._eye + on_lens
+        return on_lens, d
+
+    def _one_eye(self, toward: Float32, slant: Float32, u_lens: Float32 | None) -> CameraRays:
+        """Of a head that turns about the world's axis, as Cycles has it for perspective cameras."""
+        if self.data.stereo is None:
+            raise ValueError("this camera has no eyes")
+        on_lens, d = self._through_lens(toward, u_lens)
+        offset, d = of_eye(self.data.stereo, d, WORLD_UP)
+        o = self._eye + on_lens + offset
         o += d * (slant * np.float32(self._near))
         return CameraRays(o, d, slant * np.float32(self._length))

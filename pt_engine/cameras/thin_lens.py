@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import warps
+from ..core.clock import stage
 from ..scene.snapshot import CameraData
 
 Float32 = NDArray[np.float32]
@@ -47,6 +48,7 @@ class Aperture(NamedTuple):
         radius, rotation, ratio = data.aperture_radius, data.blade_rotation, data.aperture_ratio
         return cls(float(radius), blades, float(rotation), float(ratio))
 
+    @stage("", "depth of field")
     def sample(self, u: Float32) -> Float32:
         """Points of the opening in metres, uniform by area: (2, N) for u (2, N)."""
         if self.blades:

@@ -4,7 +4,8 @@ A lane carries two words of state, so a path may be dropped, moved to another sl
 still sees the same numbers. Nothing depends on batch size, thread or order.
 
 `Independent` hashes. `Sobol` walks Joe and Kuo's sequence over the samples of a pixel, each dimension
-Owen-scrambled, and decorrelates pixels by an XOR of each (pixel, dimension): see its docstring.
+Owen-scrambled, and decorrelates pixels by an XOR of each (pixel, dimension): see its docstring. Even and odd
+samples are two such sequences that know nothing of each other, so that their difference shows the error.
 """
 
 from __future__ import annotations
@@ -26,10 +27,18 @@ MAX_SAMPLES = 2**31
 
 
 class Sampler(ABC):
-    """Uniform numbers in [0, 1) for each dimension of each sample of each pixel."""
+    """Uniform numbers in [0, 1) for each dimension of each sample of each pixel.
+
+    Attributes
+    ----------
+    name, label : str
+    correlated : bool
+        Whether samples of a pixel know of each other. Even and odd ones never do.
+    """
 
     name: ClassVar[str]
     label: ClassVar[str]
+    correlated: ClassVar[bool]
 
     def __init__(self, seed: int = 0, samples_hint: int = 0) -> None:
         """`samples_hint`, the samples per pixel to come, only sizes tables; it never changes a number."""
@@ -100,6 +109,7 @@ class Independent(Sampler):
 
     name = "independent"
     label = "Independent"
+    correlated = False
 
     def stream(self, state: UInt32) -> IndependentStream:
         return IndependentStream(self, state)
@@ -112,6 +122,11 @@ class Sobol(Sampler):
     the shift belongs to (pixel, dimension). A shifted nested scramble is again a nested scramble, so each
     pixel by itself has just the distribution, and the variance, of full Owen scrambling. Given the
     scramble, pixels are shifted independently and each shift is uniform, so their errors stay uncorrelated.
+
+    Sample s is point s // 2 of sequence s mod 2. The two have scrambles and shifts of their own, so the means
+    of even and of odd samples are independent (given the scrambles, too), and ¼ (A − B)² is an unbiased
+    estimate of the squared error of their mean: a single sequence cannot tell its own error.
+    What the second sequence costs is measured in docs/calibration.md.
 
     Measured, variance of independent numbers / variance, 16, 64, 256, 1024 samples in a pixel:
 
@@ -127,6 +142,7 @@ class Sobol(Sampler):
 
     name = "sobol"
     label = "Sobol"
+    correlated = True
 
     def __init__(self, seed: int = 0, samples_hint: int = 0) -> None:
         super().__init__(seed, samples_hint)
@@ -141,18 +157,26 @@ class Sobol(Sampler):
         """Dimensions that the sequence has; those beyond are independent."""
         return len(self._directions)
 
+    def state(self, pixel: NDArray[np.integer], sample: NDArray[np.integer]) -> UInt32:
+        state = super().state(pixel, sample)
+        state[0] ^= (state[1] & np.uint32(1)) * np.uint32(GOLDEN)  # another shift for the other sequence
+        return state
+
     def stream(self, state: UInt32) -> SobolStream:
         return SobolStream(self, state)
 
     def block(self, dimension: int, block: int) -> UInt32:
-        """Scrambled points `block`·2ᵏ … of one dimension: (2ᵏ,), computed when first asked for."""
+        """Scrambled points of samples `block`·2ᵏ … in one dimension: (2ᵏ,), computed when first asked for."""
         known = self._blocks.get(dimension)
         if known is not None and known[0] == block:
             return known[1]
         directions = self._directions[dimension]
-        start = sobol.combine(directions, block << self.block_bits)
-        table = sobol.linear_table(directions[: self.block_bits]) ^ np.uint32(start)
-        table = sobol.owen_scramble(table, self._scramble_seed(dimension))
+        bits = self.block_bits - 1
+        start = sobol.combine(directions, block << bits)
+        points = sobol.linear_table(directions[:bits]) ^ np.uint32(start)
+        table = np.empty(2 * points.size, np.uint32)
+        for half in range(2):
+            table[half::2] = sobol.owen_scramble(points, self._scramble_seed(dimension, half))
         self._blocks[dimension] = (block, table)
         return table
 
@@ -162,11 +186,14 @@ class Sobol(Sampler):
         points = np.zeros(index.size, np.uint32)
         for first in range(0, sobol.BITS, 11):
             table = sobol.linear_table(directions[first : first + 11])
-            points ^= table.take((index >> first) & (len(table) - 1), mode="clip")
-        return sobol.owen_scramble(points, self._scramble_seed(dimension))
+            points ^= table.take((index >> (first + 1)) & (len(table) - 1), mode="clip")
+        for half in range(2):
+            lanes = np.flatnonzero((index & 1) == half)
+            points[lanes] = sobol.owen_scramble(points[lanes], self._scramble_seed(dimension, half))
+        return points
 
-    def _scramble_seed(self, dimension: int) -> int:
-        return hash_words(self.seed, 3, dimension)
+    def _scramble_seed(self, dimension: int, half: int) -> int:
+        return hash_words(self.seed, 3, dimension, half)
 
 
 class SobolStream:

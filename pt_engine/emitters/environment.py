@@ -11,6 +11,7 @@ and the density is a plain look-up, without a pole to divide by.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -32,6 +33,8 @@ class Environment(Protocol):
     def radiance(self, d: Float32) -> Float32: ...
     def sample(self, u: Float32, v: Float32) -> tuple[Float32, Float32]: ...
     def pdf(self, d: Float32) -> Float32: ...
+    @property
+    def compensated(self) -> Environment: ...
 
 
 class ConstantEnvironment:
@@ -57,6 +60,11 @@ class ConstantEnvironment:
     def pdf(self, d: Float32) -> Float32:
         """(n,) density of `sample`."""
         return np.full(d.shape[1], UNIFORM, np.float32)
+
+    @property
+    def compensated(self) -> ConstantEnvironment:
+        """Itself: nothing is brighter than the rest."""
+        return self
 
 
 def texel_directions(height: int, width: int) -> Float32:
@@ -87,11 +95,14 @@ class EnvironmentMap:
         values count as 0; an all-black image is sampled uniformly.
     radiance : callable
         Le of directions (3, N), as rays that miss see it.
+    compensates : bool
+        Whether only what is brighter than the mean is drawn: MIS compensation (Karlik et al. 2019). BSDF
+        sampling finds the rest, so this is for estimators that combine both.
     """
 
     constant: Float64 | None = None
 
-    def __init__(self, image: Float32 | Float64, radiance: Radiance) -> None:
+    def __init__(self, image: Float32 | Float64, radiance: Radiance, compensates: bool = False) -> None:
         bright = np.nan_to_num(np.asarray(image, np.float64), nan=0.0, posinf=0.0, neginf=0.0)
         bright = bilinear_means(np.maximum(bright, 0.0))
         height, width = bright.shape
@@ -100,12 +111,27 @@ class EnvironmentMap:
         solid = TWO_PI / width * thickness
         if not bright.any():
             bright = np.ones_like(bright)
-        self._square = Distribution2D(bright * solid[:, None])
-        self.irradiance = self._square.total
+        flux = bright * solid[:, None]
+        self.irradiance = float(flux.sum())
+        self._image, self._flux = image, flux
+        if compensates:
+            mean = self.irradiance / (4 * np.pi)
+            excess = np.maximum(bright - mean, 0.0) * solid[:, None]
+            self._flux = excess if excess.any() else flux
         self._radiance = radiance
         self._height = height
         self._bottom, self._thickness = edges[:-1].astype(np.float32), thickness.astype(np.float32)
         self._per_solid_angle = (1.0 / (height * width * solid)).astype(np.float32)
+
+    @cached_property
+    def _square(self) -> Distribution2D:
+        """Made when it is asked for: a scene whose integrator compensates has no use for the other."""
+        return Distribution2D(self._flux)
+
+    @cached_property
+    def compensated(self) -> EnvironmentMap:
+        """The same light, drawn for estimators that combine it with BSDF sampling."""
+        return EnvironmentMap(self._image, self._radiance, compensates=True)
 
     def radiance(self, d: Float32) -> Float32:
         """(3, N)."""

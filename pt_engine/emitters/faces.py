@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene.snapshot import Visibility
 from .base import TINY, Float32, Float64
 from .outline import Outlines, joined, of_faces
 from .parallelogram import Parallelograms, paired
@@ -61,6 +62,13 @@ class Faces:
     def number(self, triangle: NDArray[np.integer]) -> NDArray[np.int32]:
         """(n,) the face that each `triangle` belongs to."""
         return self._number.take(triangle, mode="clip")
+
+    def whose(self) -> NDArray[np.int32]:
+        """(F,) `TriangleEmitters.whose` of each face."""
+        every = np.full(len(self.power), Visibility.ALL, np.int32)
+        if self._emitters.whose is not None:
+            every[self._number] = self._emitters.whose
+        return every
 
     def pdf(self, triangle: NDArray[np.integer], t: Float32, cos_light: Float32) -> Float32:
         """(n,) density of a ray that meets `triangle` after `t` at |cos| `cos_light`, the choice included."""

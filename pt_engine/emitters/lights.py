@@ -5,23 +5,26 @@ Lamps do not occlude: a ray passes through them and gathers all that lie before 
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.clock import stage
 from ..core.distributions import AliasTable
 from ..core.uniforms import Uniforms
 from ..scene.snapshot import LightData
 from . import select
 from .base import FAR, NO_BARYCENTRIC, NO_LANES, Draw, Float32, Float64, Hits, Index, Lamp, LampShader
 from .cuts import LocalChoice
+from .description import Description
 from .environment import Environment
 from .faces import Faces
 from .many import Surfaces, crowd, local_choice
 from .parts import EnvironmentPart, Part, lamp_parts, traits
+from .restricted import Restrictions, Shown, Ways, restrictions
 from .triangle import TriangleEmitters
 
 LAMPS = ("point", "spot", "sun", "area")
@@ -54,6 +57,8 @@ class LightSample(NamedTuple):
     place : (N,) int32 or None
         Where the emitter was chosen for; whoever meets an emitter by chance says it to learn the pdf there.
         None where the choice is the same everywhere.
+    hidden : (N,) uint8 or None
+        `Visibility` bits of the kinds of scattering that do not see the emitter; None where all see all.
     """
 
     wo: Float32
@@ -66,24 +71,7 @@ class LightSample(NamedTuple):
     triangle: Index = NO_LANES
     barycentric: Float32 = NO_BARYCENTRIC
     place: Places = None
-
-
-@dataclass(frozen=True)
-class Description:
-    """What shines in a scene; `counts` by kind: point, spot, sun, area, triangle, environment."""
-
-    counts: dict[str, int]
-    has_delta: bool
-    all_delta: bool
-    has_environment: bool
-    has_triangles: bool
-    meets_lamps: bool  # some ray that is not the camera's can meet a lamp
-    camera_meets_lamps: bool
-
-    @property
-    def total(self) -> int:
-        """Emitters with power."""
-        return sum(self.counts.values())
+    hidden: NDArray[np.uint8] | None = None
 
 
 class Lights:
@@ -104,6 +92,7 @@ class Lights:
         Of each lamp whose node tree varies; () where none does.
     surfaces : Surfaces or None
         What there is to light, for a choice that depends on where; None for one by power alone.
+    shown : Shown
     """
 
     def __init__(
@@ -116,6 +105,7 @@ class Lights:
         scene_radius: float = 1.0,
         shaders: Sequence[LampShader | None] = (),
         surfaces: Surfaces | None = None,
+        shown: Shown | None = None,
     ) -> None:
         factors = np.ones((len(lamps), 3)) if lamp_strength is None else np.asarray(lamp_strength, np.float64)
         centre, radius = np.asarray(origin, np.float64), max(float(scene_radius), 1e-6)
@@ -134,6 +124,7 @@ class Lights:
         self.power: Float64 = np.concatenate([of_lamps, of_faces, of_world]).astype(np.float64)
         self.chance = select.probabilities(self.power)
         self.names = tuple(lamp.data.name for lamp in shining)
+        self.real = np.array([lamp.data.real for lamp in shining], np.bool_)
         self.lamps = len(shining)
         self.takes_light = any((lamp.strength < 0.0).any() for lamp in shining)
 
@@ -151,6 +142,24 @@ class Lights:
         self.by_place = local_choice(shining, faces, self.power, self.chance, radius, surfaces)
         self._crowd = crowd(shining, self._lamps, self._first.tolist(), radius, surfaces)
         self.description = self._describe(shining)
+        shown = shown or Shown()
+        world = shown.world if environment is not None else None
+        self.restrictions: Restrictions | None = restrictions(
+            shining, faces, world, shown.linking, shown.apart
+        )
+
+    def whose_faces(self) -> NDArray[np.int32]:
+        """(F,) `TriangleEmitters.whose` of each emissive face."""
+        return np.zeros(0, np.int32) if self._faces is None else self._faces.whose()
+
+    def compensated(self) -> Lights:
+        """The same lights for estimators that also find them by BSDF sampling and weigh both by MIS."""
+        if self._environment is None:
+            return self
+        lights = copy.copy(self)
+        part = EnvironmentPart(self._environment.environment.compensated, self._environment.chance)
+        lights._environment, lights._parts = part, [*self._parts[:-1], part]
+        return lights
 
     def _prepare_choice(self) -> None:
         """The alias table over all emitters, and where each part's numbers begin."""
@@ -200,6 +209,7 @@ class Lights:
         chosen = self._alias.sample(u[0])[0]
         return self._sample_chosen(chosen, p, u)
 
+    @stage("", "light choice by place")
     def _sample_by_place(self, local: LocalChoice, p: Float32, n: Float32, u: Uniforms) -> LightSample:
         """The parts' tables hold each emitter's probability by power; what it is here corrects that."""
         place = local.place(p, n)
@@ -279,6 +289,7 @@ class Lights:
         t: Float32,
         camera: bool | NDArray[np.bool_] | None = None,
         place: Places = None,
+        ways: Ways | None = None,
     ) -> Iterator[Hits]:
         """What rays o + s·d, 0 < s < t, gather of lamps; suns only where t ≥ 10³⁰ (nothing was hit).
 
@@ -293,6 +304,8 @@ class Lights:
             for nothing else could have found them), all others those that have MIS.
         place : (N,) int32 or None
             `LightSample.place` of the reference points.
+        ways : Ways or None
+            How the rays came, where `restrictions` ask.
 
         Yields
         ------
@@ -301,7 +314,7 @@ class Lights:
         every, some = self.description.meets_lamps, self.description.camera_meets_lamps
         if camera is None or isinstance(camera, bool):
             if some if camera else every:
-                yield from self._met(o, d, t, bool(camera), place)
+                yield from self._met(o, d, t, bool(camera), place, ways)
             return
         for of_camera, wanted in ((True, some), (False, every)):
             lanes = np.flatnonzero(camera if of_camera else ~camera) if wanted else NO_LANES
@@ -309,21 +322,27 @@ class Lights:
                 continue
             subset = o.take(lanes, axis=1), d.take(lanes, axis=1), t.take(lanes)
             there = None if place is None else place.take(lanes)
-            for hits in self._met(*subset, of_camera, there):
+            came = None if ways is None else ways.take(lanes)
+            for hits in self._met(*subset, of_camera, there, came):
                 yield hits._replace(lanes=lanes.take(hits.lanes))
 
-    def _met(self, o: Float32, d: Float32, t: Float32, of_camera: bool, place: Places) -> Iterator[Hits]:
+    def _met(
+        self, o: Float32, d: Float32, t: Float32, of_camera: bool, place: Places, ways: Ways | None
+    ) -> Iterator[Hits]:
         """What camera rays, or all others, meet of all lamps."""
         for part, first in zip(self._lamps, self._first, strict=False):
             if self._crowd is None or not part.boxed:
                 for row, hits in zip(part.rows(of_camera), part.hits(o, d, t, of_camera), strict=True):
-                    yield self._here(hits, int(first) + row, place)
+                    yield self._here(hits, int(first) + row, place, ways)
         if self._crowd is not None:
             for number, hits in self._crowd.hits(o, d, t, of_camera):
-                yield self._here(hits, number, place)
+                yield self._here(hits, number, place, ways)
 
-    def _here(self, hits: Hits, number: int | Index, place: Places) -> Hits:
-        """The same with the density of a choice by place."""
+    def _here(self, hits: Hits, number: int | Index, place: Places, ways: Ways | None) -> Hits:
+        """What of it reaches the rays, with the density of a choice by place."""
+        if self.restrictions is not None and ways is not None and hits.lanes.size:
+            lit = self.restrictions.met(number, ways.take(hits.lanes))
+            hits = hits._replace(radiance=hits.radiance * lit)
         if self.by_place is None or place is None or not hits.lanes.size:
             return hits
         ratio = self.by_place.ratio(place.take(hits.lanes), np.broadcast_to(number, hits.lanes.shape))

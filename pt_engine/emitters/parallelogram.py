@@ -55,6 +55,8 @@ def paired(emitters: TriangleEmitters) -> NDArray[np.intp]:
     """
     vertices, radiance = emitters.vertices, emitters.radiance
     same = (radiance[:-1] == radiance[1:]).all(axis=1) & ~emitters.varies[:-1] & ~emitters.varies[1:]
+    if emitters.whose is not None:
+        same &= emitters.whose[:-1] == emitters.whose[1:]
     first = np.flatnonzero(same)
     candidates = np.stack([first, first + 1], axis=1)
     first = first[_closing(vertices[candidates])[0]]

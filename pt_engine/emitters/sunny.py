@@ -12,6 +12,7 @@ discs overlap or are cut by the horizon, is for the radiance alone to know.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -65,7 +66,7 @@ class SunnyEnvironment:
     constant: Float64 | None = None
 
     def __init__(self, sky: EnvironmentMap, discs: Sequence[Disc], radiance: Radiance) -> None:
-        self._sky, self._radiance = sky, radiance
+        self._sky, self._radiance, self._given = sky, radiance, discs
         self._discs = [d._replace(half_angle=min(RIM * d.half_angle, float(np.pi))) for d in discs]
         of_suns = np.array([d.irradiance for d in discs], np.float64)
         self.irradiance = sky.irradiance + float(of_suns.sum())
@@ -77,6 +78,11 @@ class SunnyEnvironment:
         self._toward = columns([unit(np.asarray(d.toward, np.float64)) for d in discs])
         self._chord = scalars(2.0 * one_minus_cos)
         self._density = scalars(chance / (TWO_PI * one_minus_cos))
+
+    @cached_property
+    def compensated(self) -> SunnyEnvironment:
+        """With a sky drawn for estimators that combine it with BSDF sampling."""
+        return SunnyEnvironment(self._sky.compensated, self._given, self._radiance)
 
     def radiance(self, d: Float32) -> Float32:
         """(3, N)."""

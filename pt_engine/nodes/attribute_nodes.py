@@ -63,6 +63,12 @@ def everything(n: NodeView, vector: Value, alpha: Value, number: Value | None = 
     return {"Color": n.builder.convert(vector, COLOR), "Vector": vector, "Fac": number, "Alpha": alpha}
 
 
+@node("VolumeInfo")
+def volume_info(n: NodeView) -> Outputs:
+    """0 on surfaces, whatever attributes the mesh has."""
+    return dict.fromkeys(("Color", "Density", "Flame", "Temperature"), n.constant(0.0, FLOAT))
+
+
 @node("VertexColor")
 def vertex_color(n: NodeView) -> Outputs:
     color, alpha = n.calls(color_attribute, static=(str(n.prop("layer_name", "")),))

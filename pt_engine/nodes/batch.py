@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .ir import Value
+from .ir import COLOR, Value
 from .program import ConstantTable, Entry, LanesLike, Structure, linearise
 from .surface import SurfaceBuilder
 
@@ -71,7 +71,7 @@ def roots_of(
     roots : list of Value
     shapes : tuple of Shape
     base : int
-    others : emission, transparency and holdout; −1 for none.
+    others : emission, transparency and holdout; of the latter two −1 for none.
     """
     roots: list[Value] = []
 
@@ -93,7 +93,9 @@ def roots_of(
         for leaf in surface.leaves
     )
     base = root(surface.base)
-    others = root(surface.emission), root(surface.transparency), root(surface.holdout)
+    # no emission is a constant like any other: lamps share a batch with what else scatters as they do
+    emission = surface.builder.constant(0.0, COLOR) if surface.emission is None else surface.emission
+    others = root(emission), root(surface.transparency), root(surface.holdout)
     return roots, shapes, base, others
 
 
@@ -134,10 +136,14 @@ class Batch:
         count = len(plan.structure.roots) - sum(root >= 0 for root in others)
         self.closure_entry = Entry(plan.structure, self.table, range(count))
         self.emission_entry = self._entry(plan.emission)
+        known = self.constant_emission()
+        if known is not None and not known.any():
+            self.emission_entry = None
         self.transparency_entry = self._entry(plan.transparency)
         self.holdout_entry = self._entry(plan.holdout)
         self.has_bsdf = bool(plan.closures)
-        self.has_emission, self.has_transparency, self.has_holdout = (root >= 0 for root in others)
+        self.has_emission = self.emission_entry is not None
+        self.has_transparency, self.has_holdout = plan.transparency >= 0, plan.holdout >= 0
         self.delta_only = self.has_bsdf and all(s.dirac for s in plan.closures)
         self.has_portal = any(getattr(module, "LEADS_AWAY", False) for module in self._modules)
         self.transmits = any(getattr(module, "TRANSMITS", False) for module in self._modules)

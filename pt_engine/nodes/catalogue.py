@@ -21,6 +21,7 @@ from . import (  # noqa: F401  (their import is what registers the kinds)
     object_nodes,
     patterns,
     principled,
+    radial_tiling,
     ramps,
     ray_portal,
     round_nodes,

@@ -51,10 +51,11 @@ def uv_coordinates(lanes: Any, name: str) -> Float32:
 
 
 @lane_op(VECTOR, moves=True)
-def object_space_normal(lanes: Any) -> Float32:
+def object_space_normal(lanes: Any, *normal: Float32) -> Float32:
     """The shading normal in object space."""
+    n = normal[0] if normal else lanes.ns
     to_object = getattr(lanes, "to_object_normal", None)
-    return lanes.ns if to_object is None else vectors.normalize(to_object(lanes.ns))
+    return n if to_object is None else vectors.normalize(to_object(n))
 
 
 @lane_op(VECTOR, reads="object")
@@ -64,15 +65,16 @@ def instancer_coordinates(lanes: Any, what: str) -> Float32:
 
 
 @lane_op(VECTOR)
-def mirrored_view(lanes: Any, in_world: bool) -> Float32:
+def mirrored_view(lanes: Any, in_world: bool, *normal: Float32) -> Float32:
     """Texture Coordinate's Reflection: wi mirrored about the normal; in a world the ray itself."""
-    return lanes.wi if in_world else vectors.reflect(lanes.wi, lanes.ns)
+    return lanes.wi if in_world else vectors.reflect(lanes.wi, normal[0] if normal else lanes.ns)
 
 
 def coordinates(n: NodeView, default: Op = generated, static: tuple[Any, ...] = ()) -> Value:
-    """A texture's Vector input; unlinked it has coordinates of its own. Then the old texture mapping."""
-    linked = n.optional("Vector")
-    vector = n.call(default, static=static) if linked is None else linked
+    """A texture's Vector input; with neither link nor value it has its own. Then the old texture mapping."""
+    is_constant = n.linked("Vector") is None and n.node.inputs.get("Vector") is not None
+    given = n.vector("Vector") if is_constant else n.optional("Vector")
+    vector = n.call(default, static=static) if given is None else given
     if n.node.props.get("texture_mapping"):
         from .vector_nodes import texture_mapping
 
@@ -100,7 +102,14 @@ def tex_coord(n: NodeView) -> Outputs:
         table["UV"] = instancer_coordinates, ("uv",)
         if not in_world:
             table["Generated"] = instancer_coordinates, ("generated",)
-    return {name: n.call(what, static=static) for name, (what, static) in table.items() if name in wanted}
+    if "Normal" in wanted and n.shift and n.bent():
+        n.approximate("the Bump of its Normal sees no change of it where displacement bends the surface")
+    looking = {"Normal", "Reflection"}
+    return {
+        name: n.call(what, *(n.bent() if name in looking else ()), static=static)
+        for name, (what, static) in table.items()
+        if name in wanted
+    }
 
 
 @node("UVMap")

@@ -34,6 +34,21 @@ def cosine(n: NodeView, normal: Value | None) -> Value:
     return n.call(viewer_cosine) if normal is None else n.call(viewer_cosine, normal)
 
 
+@lane_op(FLOAT)
+def mirror_cosine(lanes: Any, *normal: Float32) -> Float32:
+    """The same where a mirror's direction leaves the surface: normals that bend too far are raised."""
+    n = normal[0] if normal else lanes.ns
+    raised = getattr(lanes, "raised", None)
+    if raised is not None and (normal or lanes.smooth):
+        n = raised(normal[0] if normal else None)
+    return np.maximum(vectors.dot(lanes.wi, n), GRAZING)
+
+
+def glossy_cosine(n: NodeView, normal: Value | None) -> Value:
+    """The viewer's cosine against the normal about which a gloss reflects."""
+    return n.call(mirror_cosine) if normal is None else n.call(mirror_cosine, normal)
+
+
 # ------------------------------------------------------------------ gains
 
 
@@ -76,7 +91,7 @@ def gained(n: NodeView, weight: Value, rough: Rough, average: Value, normal: Val
         return weight
     alphas = [rough.alpha_x] if rough.alpha_y is None else [rough.alpha_x, rough.alpha_y]
     static = (rough.alpha_y is not None,)
-    gain = n.call(reflection_gain, average, cosine(n, normal), *alphas, static=static)
+    gain = n.call(reflection_gain, average, glossy_cosine(n, normal), *alphas, static=static)
     return n.builder.multiply(weight, gain)
 
 
@@ -86,7 +101,7 @@ def glass_gained(
     """The same for glass."""
     if rough.is_smooth:
         return weight
-    gain = n.call(glass_gain, average, cosine(n, normal), rough.alpha_x, eta)
+    gain = n.call(glass_gain, average, glossy_cosine(n, normal), rough.alpha_x, eta)
     return n.builder.multiply(weight, gain)
 
 
@@ -179,5 +194,5 @@ def gloss_layer(
     what = gloss_grey if grey else gloss_tinted
     more = [film["film_thickness"], film["film_ior"], tint] if film else []
     more += [] if dark is None else [dark]
-    gain, left = n.calls(what, base, average, cosine(n, normal), eta, *alphas, *more, static=static)
+    gain, left = n.calls(what, base, average, glossy_cosine(n, normal), eta, *alphas, *more, static=static)
     return gain, left

@@ -71,7 +71,9 @@ def geometry(n: NodeView) -> Outputs:
         "Backfacing": (backfacing, ()),
     }
     out: dict[str, Value | None] = {
-        name: n.call(what, static=static) for name, (what, static) in table.items() if name in wanted
+        name: n.call(what, *(n.bent() if name == "Tangent" else ()), static=static)
+        for name, (what, static) in table.items()
+        if name in wanted
     }
     if "Normal" in wanted and n.reader.surface_normal is not None:
         out["Normal"] = n.reader.surface_normal

@@ -52,6 +52,11 @@ class GraphReader:
         self._open: set[tuple[int, int]] = set()
         self.used = used_sockets(graph)
 
+    def bend(self, normal: Value | None) -> None:
+        """From now on this is the surface's normal, also for nodes that were read before it was known."""
+        self.surface_normal = normal
+        self._outputs.clear()
+
     def value(self, link: Link, shift: int) -> Value | None:
         """What a link carries; None where the node has no such output or the chain is cyclic."""
         key = (link.node, shift)
@@ -173,6 +178,11 @@ class NodeView:
     def normal(self, name: str = "Normal") -> Value | None:
         """A normal input; unlinked it is the surface's, None where that is `lanes.ns`."""
         return self.optional(name) if self.linked(name) is not None else self.reader.surface_normal
+
+    def bent(self) -> tuple[Value, ...]:
+        """The surface's normal where displacement bends it: for ops that else read `lanes.ns`."""
+        normal = self.reader.surface_normal
+        return () if normal is None else (normal,)
 
     def prop(self, name: str, default: Any) -> Any:
         """A setting of the node."""

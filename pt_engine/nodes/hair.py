@@ -19,7 +19,7 @@ from .ir import COLOR, FLOAT, VECTOR, Value, lane_op, op
 from .math_nodes import saturate
 from .registry import shader
 from .round_nodes import on_strand
-from .surface import SurfaceBuilder, is_zero
+from .surface import SurfaceBuilder, is_constantly, is_zero
 
 Float32 = NDArray[np.float32]
 EUMELANIN: Final = np.array([0.506, 0.841, 1.653], np.float32)[:, np.newaxis]
@@ -130,12 +130,19 @@ def logistic_scale(roughness: Float32) -> Float32:
     return hair_chiang.scale(roughness)
 
 
+@op(VECTOR)
+def strengths(*lobes: Float32) -> Float32:
+    """Factors on the lobes, none of them negative."""
+    out: Float32 = np.maximum(np.stack(np.broadcast_arrays(*lobes)), 0)
+    return out
+
+
 @shader("BsdfHairPrincipled")
 def principled_hair(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     """Chiang's model, also in the place of Huang's."""
     huang = n.prop("model", "CHIANG") == "HUANG"
     if huang:
-        n.approximate("Chiang's model instead of Huang's: round hair, all lobes at their full strength")
+        n.approximate("Chiang's model instead of Huang's: round hair, and lobes of its own shape")
     else:
         n.approximate("on meshes Cycles drops light of some lamps, as if the normal were bumped; here not")
     random, spread = n.float("Random"), n.float("Random Roughness")
@@ -152,6 +159,9 @@ def principled_hair(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
         "sigma": coloring(n, random, around),
         "h": n.call(offset_across, tangent),
     }
+    lobes = [n.float(f"{name} lobe", 1.0) for name in ("R", "TT", "TRT")]
+    if huang and not all(is_constantly(lobe, 1) for lobe in lobes):
+        params["strength"] = n.call(strengths, *lobes)
     out.add("hair_chiang", params, weight, n.call(true_normal), tangent)
 
 

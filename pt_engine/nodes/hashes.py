@@ -102,7 +102,7 @@ def _pcg_step(v: list[Int32]) -> None:
 def _add_product(v: list[Int32], k: int, a: Int32, b: Int32 | np.int32) -> None:
     """v[k] += a·b, in the product's memory where the sum fits."""
     product: Int32 = a * b
-    fits = np.broadcast_shapes(product.shape, v[k].shape) == product.shape
+    fits = np.broadcast(product, v[k]).shape == product.shape
     v[k] = np.add(product, v[k], out=product if fits else None)
 
 

@@ -132,7 +132,7 @@ def tex_image(n: NodeView) -> Outputs:
     at = coordinates(n, uv_coordinates, ("",))
     if projection == "BOX":
         static: tuple[Any, ...] = (texture, float(n.prop("projection_blend", 0.0)))
-        color, alpha = n.calls(image_box, at, n.call(object_space_normal), static=static)
+        color, alpha = n.calls(image_box, at, n.call(object_space_normal, *n.bent()), static=static)
     else:
         color, alpha = n.calls(PROJECTIONS.get(projection, image_flat), at, static=(texture,))
     return {"Color": color, "Alpha": alpha}

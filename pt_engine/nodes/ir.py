@@ -42,6 +42,8 @@ class Op:
         Static arguments → names of the lane attributes it needs.
     first_of : Op, optional
         One that gives three components from the same arguments, this one's result the first of them.
+    alone : Op, optional
+        One that gives the first of its results and no other, for less work.
     rest : tuple of str
         What the arguments are that the function takes together as `*arguments`.
     """
@@ -53,6 +55,7 @@ class Op:
     reads: Callable[..., tuple[str, ...]] = lambda *_: ()
     first_of: Op | None = None
     rest: tuple[str, ...] = ()
+    alone: Op | None = None
 
     @property
     def name(self) -> str:
@@ -66,9 +69,11 @@ class Op:
         return replace(self, function=function)
 
 
-def op(*types: str, rest: tuple[str, ...] = ()) -> Callable[[Callable[..., Any]], Op]:
+def op(
+    *types: str, rest: tuple[str, ...] = (), alone: Op | None = None
+) -> Callable[[Callable[..., Any]], Op]:
     """Make a pure function of arrays an `Op`."""
-    return lambda function: Op(function, types, rest=rest)
+    return lambda function: Op(function, types, rest=rest, alone=alone)
 
 
 def lane_op(

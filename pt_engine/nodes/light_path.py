@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..core.raykind import RayKind
 from .graph import NodeView
-from .ir import FLOAT, Value, lane_op
+from .ir import FLOAT, Call, Value, lane_op
 from .registry import Outputs, node
 
 Float32 = NDArray[np.float32]
@@ -48,6 +48,11 @@ def depth_of_kind(lanes: Any, kind: str) -> Float32:
 def transparent_depth(lanes: Any) -> Float32:
     """Transparent surfaces passed so far."""
     return lanes.transparent_depth.astype(np.float32)  # type: ignore[no-any-return]
+
+
+def tells_shadow_rays(call: Call) -> bool:
+    """Whether a call's result differs between shadow rays and others that go the same way."""
+    return call.op is ray_depth or (call.op is is_ray_kind and bool(call.static[0] & RayKind.SHADOW))
 
 
 KINDS: Final = {

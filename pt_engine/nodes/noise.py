@@ -5,7 +5,8 @@ After Musgrave in Ebert et al., "Texturing and Modeling". A point is a list of 1
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -13,9 +14,10 @@ from numpy.typing import NDArray
 
 from .hashes import floats_to_float
 from .math_nodes import select
-from .perlin import Point, signed_noise
+from .perlin import Point, Room, signed_noise
 
 Float32 = NDArray[np.float32]
+MANY: Final = 16384  # lanes beside which what numpy's calls cost by themselves is little
 
 
 def scaled(point: Point, s: Float32) -> list[Float32]:
@@ -30,6 +32,7 @@ def moved(point: Point, seed: float) -> list[Float32]:
     return [p + _offset(seed, float(axis)) for axis, p in enumerate(point)]
 
 
+@cache
 def _offset(*seeds: float) -> Float32:
     """100 + 100·hash, rounded once."""
     return (100 + floats_to_float(*seeds).astype(np.float64) * 100).astype(np.float32)
@@ -69,9 +72,8 @@ def fbm(point: Point, detail: Float32, roughness: Float32, lacunarity: Float32, 
     amplitude = np.ones(1, np.float32)
     total, reach = np.zeros(1, np.float32), np.zeros(1, np.float32)
     partial = np.zeros(1, np.float32)
-    scale = np.ones(1, np.float32)
-    for i in octaves.numbers:
-        t = signed_noise(scaled(point, scale)) * amplitude
+    for i, noise in enumerate(scaled_noises(point, lacunarity, len(octaves.numbers))):
+        t = noise * amplitude
         if octaves.any_rest:
             after, limit = total + t, reach + amplitude
             value, bound = _normalized(after, limit, normalize), _normalized(total, reach, normalize)
@@ -79,8 +81,24 @@ def fbm(point: Point, detail: Float32, roughness: Float32, lacunarity: Float32, 
             partial = partial + octaves.is_next(i) * (r * (value - bound))
         on = octaves.has(i)
         total, reach = total + on * t, reach + on * amplitude
-        amplitude, scale = amplitude * roughness, scale * lacunarity
+        amplitude = amplitude * roughness
     return _normalized(total, reach, normalize) + partial
+
+
+def scaled_noises(point: Point, lacunarity: Float32, count: int) -> Iterator[Float32]:
+    """Noise of the point times lacunarityⁱ, i < `count`; where lanes are few, of several i in one call."""
+    room, scales = Room(), [np.ones(1, np.float32)]
+    for _ in range(count - 1):
+        scales.append(scales[-1] * lacunarity)
+    size = max(a.shape[-1] for a in (*point, scales[-1]))
+    together = max(MANY // max(size, 1), 1)
+    for first in range(0, count, together):
+        some = scales[first : first + together]
+        if len(some) == 1:
+            yield signed_noise(scaled(point, some[0]), room)
+            continue
+        wide = [np.concatenate([np.broadcast_to(p * s, size) for s in some]) for p in point]
+        yield from signed_noise(wide, room).reshape(len(some), size)
 
 
 def _normalized(total: Float32, reach: Float32, normalize: bool) -> Float32:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
+from ..core.clock import stage
 from .graph import GraphReader, NodeView
 from .ir import VECTOR, Const, Value, lane_op, shift_code
 from .registry import Outputs, node
@@ -21,7 +22,9 @@ Float32 = NDArray[np.float32]
 
 
 @lane_op(VECTOR, reads=lambda name, flip: (f"tangent:{name}",))
-def tangent_space_normal(lanes: Any, name: str, flip: bool, color: Float32, strength: Float32) -> Float32:
+def tangent_space_normal(
+    lanes: Any, name: str, flip: bool, color: Float32, strength: Float32, *surface: Float32
+) -> Float32:
     """A normal from a map in tangent space.
 
     x and y are scaled by the strength, z faded to 1, all in the frame (T, B, N) of the uv map; back
@@ -36,11 +39,14 @@ def tangent_space_normal(lanes: Any, name: str, flip: bool, color: Float32, stre
     bitangent = sign * vectors.cross(normal, tangent)
     z = 1 + np.clip(strength, 0, 1) * (z - 1)
     out = (x * strength) * tangent + (y * strength) * bitangent + z * normal
-    return usable(unit(lanes.to_world_normal(unit(out))) * (side * (sign != 0)), lanes.ns)
+    mapped = unit(lanes.to_world_normal(unit(out))) * (side * (sign != 0))
+    return usable(mapped, surface[0] if surface else lanes.ns)
 
 
 @lane_op(VECTOR)
-def space_normal(lanes: Any, space: str, flip: bool, color: Float32, strength: Float32) -> Float32:
+def space_normal(
+    lanes: Any, space: str, flip: bool, color: Float32, strength: Float32, *surface: Float32
+) -> Float32:
     """A normal from a map in object or world space, blended with the shading normal by strength."""
     n = 2 * color - 1
     turned = np.array([1, -1 if flip != space.startswith("BLENDER") else 1, 1], np.float32)[:, None]
@@ -50,8 +56,8 @@ def space_normal(lanes: Any, space: str, flip: bool, color: Float32, strength: F
     if space.endswith("OBJECT"):
         n = lanes.to_world_normal(n)
     n = unit(n) * (1 - 2 * lanes.backfacing)
-    n = unit(lanes.ns + (n - lanes.ns) * np.maximum(strength, 0))
-    return usable(n, lanes.ns)
+    ns = surface[0] if surface else lanes.ns
+    return usable(unit(ns + (n - ns) * np.maximum(strength, 0)), ns)
 
 
 def usable(n: Float32, fallback: Float32) -> Float32:
@@ -73,14 +79,15 @@ def normal_map_node(n: NodeView) -> Outputs:
     flip = n.prop("convention", "OPENGL") == "DIRECTX"
     if space == "TANGENT":
         static = (str(n.prop("uv_map", "")), flip)
-        return {"Normal": n.call(tangent_space_normal, color, strength, static=static)}
-    return {"Normal": n.call(space_normal, color, strength, static=(space, flip))}
+        return {"Normal": n.call(tangent_space_normal, color, strength, *n.bent(), static=static)}
+    return {"Normal": n.call(space_normal, color, strength, *n.bent(), static=(space, flip))}
 
 
 # ------------------------------------------------------------------ Bump
 
 
 @lane_op(VECTOR, reads=lambda invert, width, rest: ("position", "footprint", *["rest"] * rest))
+@stage("", "bump")
 def bump(
     lanes: Any,
     invert: bool,
@@ -136,8 +143,10 @@ def filter_width(n: NodeView) -> float:
 def bump_node(n: NodeView) -> Outputs:
     normal = n.normal()
     strength, distance = n.float("Strength", 1.0), n.float("Distance", 0.1)
-    if n.linked("Height") is None or is_zero(strength) or is_zero(distance) or n.reader.world:
-        return {"Normal": normal}
+    if n.linked("Height") is None or isinstance(n.float("Height"), Const) or n.reader.world:
+        return {"Normal": normal}  # at whatever length it has, as in Cycles
+    if is_zero(strength) or is_zero(distance):
+        return {"Normal": None if normal is None else n.call(facing_normal, normal, *n.bent())}
     width = filter_width(n)
     heights: list[Value] = [n.shifted_float("Height", shift) for shift in shifts(width)]
     extra = () if normal is None else (normal,)
@@ -149,9 +158,9 @@ def bump_node(n: NodeView) -> Outputs:
 
 
 @lane_op(VECTOR)
-def facing_normal(lanes: Any, normal: Float32) -> Float32:
-    """A linked normal at unit length; the shading normal where it is unusable."""
-    return usable(unit(np.broadcast_to(normal, (3, lanes.n))), lanes.ns)
+def facing_normal(lanes: Any, normal: Float32, *surface: Float32) -> Float32:
+    """A linked normal at unit length; the surface's where it is unusable."""
+    return usable(unit(np.broadcast_to(normal, (3, lanes.n))), surface[0] if surface else lanes.ns)
 
 
 def surface_normal(reader: GraphReader) -> Value | None:
@@ -163,4 +172,4 @@ def surface_normal(reader: GraphReader) -> Value | None:
 def closure_normal(n: NodeView, name: str = "Normal") -> Value | None:
     """A closure's normal; None for the shading normal. The scene raises it where it mirrors into the face."""
     linked = n.normal(name)
-    return None if linked is None else n.call(facing_normal, linked)
+    return None if linked is None else n.call(facing_normal, linked, *n.bent())

@@ -86,7 +86,8 @@ def brick(
     x, y = along - width * column.astype(np.float32), p[1] - height * row.astype(np.float32)
     number = (row.astype(np.uint32) << np.uint32(16)) + (column.astype(np.uint32) & np.uint32(0xFFFF))
     tint = np.clip(brick_noise(number) + bias, 0, 1)
-    edge = np.minimum(np.minimum(x, y), np.minimum(width - x, height - y))
+    across, upright = np.minimum(x, width - x), np.minimum(y, height - y)
+    edge = select(width == 0, upright, np.minimum(across, upright))  # a row squashed to nothing has no ends
     inside = edge >= mortar
     depth = 1 - divide(edge, mortar)
     hard = smooth == 0

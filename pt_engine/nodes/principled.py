@@ -10,17 +10,16 @@ the refracted view ray. Not Cycles': subsurface scattering, in its diffuse limit
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..bsdfs import fresnel as law
-from ..core import vectors
 from .color_nodes import saturate_color
-from .energy_nodes import glass_average, glass_gained, gloss_layer, tinted_average
+from .energy_nodes import glass_average, glass_gained, gloss_layer, glossy_cosine, tinted_average
 from .graph import NodeView
-from .ir import COLOR, FLOAT, Const, Value, lane_op, op
+from .ir import COLOR, FLOAT, Const, Value, op
 from .math_nodes import at_least, saturate, select
 from .normals import closure_normal
 from .registry import shader
@@ -38,10 +37,9 @@ CUTOFF: Final = 1e-5  # Cycles leaves out layers of less weight
 # ------------------------------------------------------------------ what the layers leave
 
 
-@lane_op(COLOR)
-def through_coat(lanes: Any, eta: Float32, tint: Float32, *normal: Float32) -> Float32:
+@op(COLOR)
+def through_coat(cos: Float32, eta: Float32, tint: Float32) -> Float32:
     """The coat's tint over the length of the refracted path: tint^(1/cosθt)."""
-    cos = vectors.dot(lanes.wi, normal[0] if normal else lanes.ns)
     cos_t = np.sqrt(np.maximum(1 - (1 - cos * cos) / (eta * eta), np.float32(1e-6)))
     out: Float32 = np.power(np.maximum(tint, 0), 1 / cos_t)
     return out
@@ -128,12 +126,11 @@ class Layers:
         gain, under = gloss_layer(n, rough, eta, n.constant(1.0, COLOR), normal, multiscatter=True, film={})
         weight = self.b.multiply(self.b.multiply(self.weight, share), gain)
         self.out.add("specular", rough.params() | {"eta": eta}, weight, normal, None, rough.is_smooth)
-        extra = () if normal is None else (normal,)
         self.leave(n.call(coat_share, share, under))
         tint = n.color("Coat Tint", 1.0)
         if not is_constantly(tint, 1):
             self.may_be_dark = not (isinstance(tint, Const) and bool((tint.data > 0).all()))
-            tinted = n.call(through_coat, eta, tint, *extra)
+            tinted = n.call(through_coat, glossy_cosine(n, normal), eta, tint)
             rest = self.b.multiply(self.b.complement(share), n.constant(1.0, COLOR))
             self.leave(self.b.add(rest, self.b.multiply(share, tinted)))
 
@@ -206,7 +203,10 @@ class Layers:
         if not is_zero(sheet):
             rest = b.add(rest, self.thin_subsurface(sheet, roughness))
         if not is_zero(solid):
-            n.approximate("subsurface light leaves where it enters")
+            if not (
+                is_zero(n.float("Subsurface Scale", 0.05)) or is_zero(n.vector("Subsurface Radius", 1.0))
+            ):
+                n.approximate("subsurface light leaves where it enters")
             if is_lambert(roughness):
                 rest = b.add(rest, solid)
             else:

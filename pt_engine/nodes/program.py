@@ -214,12 +214,14 @@ class Entry:
 
 
 def needed_steps(steps: Sequence[Step], outputs: Iterable[Slot]) -> list[Step]:
-    """Those steps, in order, that `outputs` depend on."""
+    """Those steps, in order, that `outputs` depend on, for no more results than are wanted."""
     wanted = {s.number for s in outputs if not s.constant}
     kept = []
     for step in reversed(steps):
-        if any(step.first + k in wanted for k in range(len(step.op.types))):
-            kept.append(step)
+        here = [k for k in range(len(step.op.types)) if step.first + k in wanted]
+        if here:
+            alone = step.op.alone if here == [0] else None
+            kept.append(step if alone is None else step._replace(op=alone))
             wanted |= {s.number for s in step.args if not s.constant}
     return kept[::-1]
 

@@ -92,7 +92,7 @@ def anisotropic(n: NodeView, alphas: Any, names: tuple[str, str], normal: Value 
         return isotropic(n)
     alpha_x, alpha_y = n.calls(alphas, n.float("Roughness", 0.5), anisotropy)
     linked = n.optional("Tangent")
-    tangent = n.call(surface_tangent) if linked is None else linked
+    tangent = n.call(surface_tangent, *n.bent()) if linked is None else linked
     rotation = n.float(names[1])
     if not is_zero(rotation):
         extra = () if normal is None else (normal,)

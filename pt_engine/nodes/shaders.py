@@ -100,13 +100,17 @@ def diffuse(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
 @shader("BsdfTranslucent")
 def translucent(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     weight = n.builder.multiply(weight, n.color("Color", 0.8))
+    if n.linked("Normal") is not None:
+        n.approximate("bumps do not dim what passes; in Cycles they dim that of sampled lights")
     out.add("translucent", {}, weight, closure_normal(n))
 
 
 @shader("SubsurfaceScattering")
 def subsurface(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    n.approximate("diffuse: light leaves where it enters")
-    out.add("diffuse", {}, n.builder.multiply(weight, n.color("Color", 0.8)), closure_normal(n))
+    weight = n.builder.multiply(weight, n.color("Color", 0.8))
+    if not (is_zero(n.float("Scale", 1.0)) or is_zero(n.vector("Radius", 1.0))):
+        n.approximate("diffuse: light leaves where it enters")
+    out.add("diffuse", {}, weight, closure_normal(n))
 
 
 # ------------------------------------------------------------------ glossy

@@ -21,7 +21,7 @@ from ..bsdfs import dielectric, interface
 from ..bsdfs.microfacet import SMOOTH
 from ..bsdfs.thin_transmission import sheet_alpha
 from ..core.raykind import RayKind
-from .energy_nodes import cosine, gained
+from .energy_nodes import gained, glossy_cosine
 from .graph import NodeView
 from .ir import COLOR, FLOAT, Value, op
 from .light_path import is_ray_kind
@@ -96,7 +96,7 @@ def add_sheet(
     A smooth one is transparent to all but the camera's rays, so that light finds its way through (as Cycles).
     """
     b, (tint, color) = n.builder, colors
-    reflected, passed = n.calls(sheet_shares, cosine(n, normal), ior, tint, color, *film.values())
+    reflected, passed = n.calls(sheet_shares, glossy_cosine(n, normal), ior, tint, color, *film.values())
     rough = Rough(alpha)
     mirror = gained(n, b.multiply(weight, reflected), rough, tint, normal)
     out.add("conductor", rough.params(), mirror, normal, None, rough.is_smooth)

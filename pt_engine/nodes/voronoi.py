@@ -121,9 +121,11 @@ class Cells:
         offset: list[Int32] = list(neighbours(self.dimension))
         if center is not None:
             offset = [o + c for o, c in zip(offset, center, strict=True)]
-        points = self.random(offset)
+        points, randomness = self.random(offset), self.settings.randomness
+        scattered = not (randomness == 1).all()
         for p, o in zip(points, offset, strict=True):
-            p *= self.settings.randomness
+            if scattered:
+                p *= randomness
             p += o.astype(np.float32)
         return [p.reshape(-1, p.shape[-1]) for p in points]
 
@@ -175,8 +177,25 @@ class Nearest:
 
 def _smallest(values: Float32) -> Float32:
     """(n,) the smallest of (K, n), at most FAR."""
-    smallest: Float32 = np.fmin(values, FAR).min(axis=0)  # fmin: not a number is far
-    return smallest
+    nearest = np.full(values.shape[1:], FAR)
+    np.fmin.reduce(values, axis=0, initial=FAR, out=nearest)  # fmin: not a number is far
+    return nearest
+
+
+def _second_smallest(values: Float32) -> Float32:
+    """(n,) the second smallest of (K, n), at most FAR: a tournament of which the two best are kept."""
+    count = len(values)
+    rows = np.full((1 << (count - 1).bit_length(), values.shape[1]), FAR)
+    np.fmin(values, FAR, out=rows[:count])
+    half = len(rows) // 2
+    low, high = np.minimum(rows[:half], rows[half:]), np.maximum(rows[:half], rows[half:])
+    while half > 1:
+        half //= 2
+        high = np.minimum(high[:half], high[half:])
+        np.minimum(high, np.maximum(low[:half], low[half:]), out=high)
+        low = np.minimum(low[:half], low[half:])
+    second: Float32 = high[0]
+    return second
 
 
 def in_blocks(
@@ -228,6 +247,21 @@ def _f2(settings: Settings, point: Point) -> tuple[Float32, ...]:
     distances = np.array(distance(settings, _ways(cells, points)))
     distances.reshape(-1)[Nearest(distances).index] = FAR
     return cells.octave(Nearest(distances), points)
+
+
+def distances(settings: Settings, point: Point) -> Float32:
+    """(n,) distance of `f1`, or of `f2`, without what else they give."""
+    return in_blocks(_second_distance if settings.feature == "F2" else _distance, settings, point)[0]
+
+
+def _distance(settings: Settings, point: Point) -> tuple[Float32, ...]:
+    cells = Cells(settings, point)
+    return (_smallest(distance(settings, _ways(cells, cells.points()))),)
+
+
+def _second_distance(settings: Settings, point: Point) -> tuple[Float32, ...]:
+    cells = Cells(settings, point)
+    return (_second_smallest(distance(settings, _ways(cells, cells.points()))),)
 
 
 def smooth_f1(settings: Settings, point: Point) -> Octave:

@@ -113,7 +113,20 @@ INPUTS: Final = (
 )
 
 
-@op(FLOAT, COLOR, VECTOR, FLOAT, rest=INPUTS)
+@op(FLOAT, rest=INPUTS)
+def voronoi_distance(
+    feature: str, metric: str, dimensions: int, normalize: bool, *inputs: Float32
+) -> Float32:
+    """Distance of the F1, F2 and Smooth F1 features."""
+    settings, point, detail, *_ = _inputs(feature, metric, dimensions, inputs)
+    if settings.feature == "SMOOTH_F1" or (detail != 0).any():
+        whole: Float32 = voronoi_points(feature, metric, dimensions, normalize, *inputs)[0]
+        return whole
+    distance = voronoi.distances(settings, point)
+    return divide(distance, farthest(settings, dimensions)) if normalize else distance
+
+
+@op(FLOAT, COLOR, VECTOR, FLOAT, rest=INPUTS, alone=voronoi_distance)
 def voronoi_points(
     feature: str, metric: str, dimensions: int, normalize: bool, *inputs: Float32
 ) -> tuple[Float32, Float32, Float32, Float32]:

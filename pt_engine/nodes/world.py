@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.clock import stage
 from ..scene.snapshot import Graph, ImageData
 from ..textures.images import TextureStore
 from . import catalogue as catalogue  # fills the registry
@@ -51,6 +52,7 @@ class WorldProgram:
     without_suns: WorldProgram | None = None
     image_rows: int = 0
 
+    @stage("", "environment")
     def emission(self, lanes: LanesLike) -> Float32:
         """(3, n) radiance that travels along the lanes' rays backwards, into the scene."""
         if self._batch is None:

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.clock import stage
 from ..core.samplers import Sampler, Stream
 from ..core.uniforms import LazyRows
 
@@ -22,6 +23,7 @@ UInt32 = NDArray[np.uint32]
 
 CAMERA = 4
 PER_BOUNCE = 7
+SHUTTER = 639  # the last that Sobol has: it is shared with a path's 90th bounce at the earliest
 
 
 class LaneSampler:
@@ -45,6 +47,7 @@ class LaneSampler:
     def _stream(self) -> Stream:
         return self._sampler.stream(self.state)
 
+    @stage("random")
     def _row(self, dimension: int) -> Float32:
         out = np.empty(self.state.shape[1], np.float32)
         self._stream.fill(dimension, out)

@@ -84,7 +84,7 @@ class DirectEmitter(Direct):
             return
         here = si.part(slice(0, m))
         light = scene.sample_emitter(here, random.emitter(0)[:, :m], path)
-        value, _ = bsdf.eval_pdf(light.wo)
+        value, _ = bsdf.eval_pdf(light.wo, light.hidden)
         path.L[:, :m] += scene.unoccluded(
             here, light, value * light.weight, self.transparent_depth, path.part(slice(0, m))
         )
@@ -96,6 +96,7 @@ class DirectMIS(Direct):
     name = "direct_mis"
     label = "Direct, MIS"
     description = "Both strategies, combined with the power heuristic"
+    combines = True
 
     def reflected(
         self, scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, random: LaneSampler
@@ -104,7 +105,7 @@ class DirectMIS(Direct):
         if m and scene.has_emitters:
             here = si.part(slice(0, m))
             light = scene.sample_emitter(here, random.emitter(0)[:, :m], path)
-            value, pdf = bsdf.eval_pdf(light.wo)
+            value, pdf = bsdf.eval_pdf(light.wo, light.hidden)
             weight = mis(light.pdf, pdf * np.logical_not(light.delta))
             path.L[:, :m] += scene.unoccluded(
                 here, light, value * light.weight * weight, self.transparent_depth, path.part(slice(0, m))

@@ -1,36 +1,32 @@
 """The film: what the samples of each pixel add up to, exactly.
 
-Per pixel it keeps the sum and the sum of squares of every channel (see `exact_sum`), the sum of alpha in
-steps of 2⁻²⁴, and the count of samples: 108 bytes, 116 where pixels are stored in an order of their own.
-Since sums are exact, adding samples in any order, in any chunks, on any number of films merged in any
-order, gives the very same bits.
+Per pixel it keeps sums (see `exact_sum`), the sum of alpha in steps of 2⁻²⁴, and the count of samples.
+
+    independent samples    sums and sums of squares of every channel                              108 bytes
+    correlated samples     sums of every channel in halves A and B, one sum of squares of all     128 bytes
+
+8 bytes more where pixels are stored in an order of their own. A is the even samples, B the odd ones: see
+`film_error` for what they tell. Since sums are exact, adding samples in any order, in any chunks, on any
+number of films merged in any order, gives the very same bits.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.clock import stage
 from . import exact_sum
 from .film_error import ErrorEstimate, estimate_error
+from .film_moments import SQUARE_SCALE, Moments, Sums, moments_of
+from .film_noise import bands, moments_by_band, pixel_variance
+from .sample_ranges import Ranges, joined, overlapping
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
-Ranges = tuple[tuple[int, int], ...]
 
 ALPHA_STEPS = 2.0**24
-SQUARE_SCALE = 64.0  # squares of dim pixels need finer steps: exact for |x| in 5e-7 … 5e7
 BLOCK = 1 << 16  # pixels that are worked on at a time, to keep temporaries small
-
-
-class Moments(NamedTuple):
-    """Of some pixels: mean (3, n), variance of the mean (3, n; NaN below two samples), samples (n,)."""
-
-    mean: Float64
-    variance: Float64
-    samples: NDArray[np.uint32]
 
 
 class Film:
@@ -46,6 +42,10 @@ class Film:
         gathering and scattering, which halves the cost of small passes. It changes no result.
     reject_negative : bool
         Whether samples with a negative channel are dropped as well as those that are not finite.
+    correlated : bool
+        Whether even samples of a pixel know of each other, and odd ones (Sobol points).
+    halves : bool
+        Whether A and B are kept apart where samples are independent, too: 52 bytes a pixel.
 
     Attributes
     ----------
@@ -62,18 +62,24 @@ class Film:
         key: str = "",
         order: NDArray[np.int32] | None = None,
         reject_negative: bool = False,
+        correlated: bool = False,
+        halves: bool = False,
     ) -> None:
         if width < 1 or height < 1:
             raise ValueError(f"a film needs at least one pixel, not {width} × {height}")
         self.width, self.height, self.key = int(width), int(height), key
         self.reject_negative = reject_negative
+        self.correlated, self.halves = correlated, correlated or halves
         self.dropped = 0
         self.ranges: Ranges = ()
         n = self.pixels
-        # Rows: red, green, blue, and the squares of each.
-        self._high, self._low = np.zeros((6, n)), np.zeros((6, n))
+        # Rows: red, green, blue, of all or of half A; of half B; and the squares, of each or all together.
+        self._squares = 6 if self.halves else 3
+        rows = self._squares + (1 if correlated else 3)
+        self._high, self._low = np.zeros((rows, n)), np.zeros((rows, n))
         self._alpha: Float64 | None = None  # None: every sample had 1
         self._count = np.zeros(n, np.uint32)
+        self._count_b = np.zeros(n if self.halves else 0, np.uint32)
         self._order = order
         self._rank: NDArray[np.int32] | None = None
         self._runs: dict[int, int] = {}
@@ -83,8 +89,14 @@ class Film:
         """How many there are."""
         return self.width * self.height
 
+    @property
+    def rows(self) -> int:
+        """Sums that are kept of each pixel."""
+        return len(self._high)
+
     # ------------------------------------------------------------------ in
 
+    @stage("film")
     def add(
         self,
         pixels: slice | NDArray[np.integer],
@@ -112,9 +124,8 @@ class Film:
         where, m = self._place(pixels)
         if radiance.shape != (3, count * m):
             raise ValueError(f"expected radiance of shape {(3, count * m)}, got {radiance.shape}")
-        self.ranges = _joined((*self.ranges, (int(first), int(count))))
+        self.ranges = joined((*self.ranges, (int(first), int(count))))
         bad = self._refused(radiance, alpha)
-        self._count[where] += np.uint32(count)
         if bad.size:
             self.dropped += int(bad.size)
             radiance = radiance.copy()
@@ -122,18 +133,45 @@ class Film:
             if alpha is not None:
                 alpha = alpha.copy()
                 alpha[bad] = 0
-            self._count[where] -= np.bincount(bad % m, minlength=m).astype(np.uint32)
+        self._add_counts(where, first, count, m, bad)
         self._add_alpha(where, alpha, count, m, bad)
-        for channel in range(3):
-            values = radiance[channel].reshape(count, m)
+        self._add_radiance(where, first, radiance.reshape(3, count, m))
+        return bad
+
+    def _add_counts(
+        self, where: exact_sum.Where, first: int, count: int, m: int, bad: NDArray[np.intp]
+    ) -> None:
+        self._count[where] += np.uint32(count)
+        if self.halves:
+            self._count_b[where] += np.uint32((first + count) // 2 - first // 2)
+        if bad.size:
+            self._count[where] -= np.bincount(bad % m, minlength=m).astype(np.uint32)
+        if bad.size and self.halves:
+            odd = bad[(bad // m + first) % 2 == 1]
+            self._count_b[where] -= np.bincount(odd % m, minlength=m).astype(np.uint32)
+
+    def _add_radiance(self, where: exact_sum.Where, first: int, radiance: Float32) -> None:
+        """`radiance`: (3, count, m) of samples from `first` on."""
+        together = np.zeros(radiance.shape[1:]) if self.correlated else None
+        largest_of_all = 0.0
+        for channel, values in enumerate(radiance):
             largest = max(float(values.max(initial=0)), -float(values.min(initial=0)))
             terms = values.astype(np.float64)
             squares = terms * SQUARE_SCALE
             squares *= terms
-            exact_sum.add(self._high[channel], self._low[channel], where, terms, largest)
-            largest *= largest * SQUARE_SCALE
-            exact_sum.add(self._high[channel + 3], self._low[channel + 3], where, squares, largest)
-        return bad
+            if together is None:
+                row, square = self._squares + channel, largest * largest * SQUARE_SCALE
+                exact_sum.add(self._high[row], self._low[row], where, squares, square)
+            else:
+                together += squares
+                largest_of_all += largest * largest * SQUARE_SCALE
+            for half in range(2 if self.halves else 1):
+                row = channel + 3 * half
+                part = np.ascontiguousarray(terms[(first + half) % 2 :: 2]) if self.halves else terms
+                if len(part):
+                    exact_sum.add(self._high[row], self._low[row], where, part, largest)
+        if together is not None:
+            exact_sum.add(self._high[-1], self._low[-1], where, together, largest_of_all)
 
     def _place(self, pixels: slice | NDArray[np.integer]) -> tuple[exact_sum.Where, int]:
         """Where the pixels are stored, and how many they are."""
@@ -200,13 +238,15 @@ class Film:
             raise ValueError(f"films of {sizes} pixels do not merge")
         if self.key != other.key:
             raise ValueError(f"these films are of different renders: {self.key!r} and {other.key!r}")
+        if self.halves != other.halves:
+            raise ValueError("one of these films keeps halves A and B, the other does not")
         overlap = overlapping(self.ranges, other.ranges)
         if overlap is not None:
             raise ValueError(f"both films hold samples {overlap[0]} to {sum(overlap) - 1}")
-        self.ranges = _joined(self.ranges + other.ranges)
+        self.ranges = joined(self.ranges + other.ranges)
         self.dropped += other.dropped
         theirs = slice(None) if self._order is other._order else other._gather(self._stored_pixels())
-        for row in range(6):
+        for row in range(len(self._high)):
             exact_sum.merge(
                 self._high[row], self._low[row], other._high[row][theirs], other._low[row][theirs]
             )
@@ -215,6 +255,8 @@ class Film:
             more = other._count.astype(np.float64) if other._alpha is None else other._alpha
             self._alpha = mine + more[theirs]
         self._count += other._count[theirs]
+        if self.halves:
+            self._count_b += other._count_b[theirs]
 
     # ------------------------------------------------------------------ out
 
@@ -222,15 +264,33 @@ class Film:
         """Mean radiance and alpha: (height, width, 4) float32, bottom row first; 0 without samples."""
         image = np.empty((self.pixels, 4), np.float32)
         for part in self._blocks():
-            stored = self._gather(part)
-            count = np.maximum(self._count[stored], 1)
-            for channel in range(3):
-                image[part, channel] = (self._high[channel][stored] + self._low[channel][stored]) / count
+            sums = self.sums(part)
+            count = np.maximum(sums.samples, 1)
+            image[part, :3] = (sums.total / count).T
             if self._alpha is None:
-                image[part, 3] = self._count[stored] > 0
+                image[part, 3] = sums.samples > 0
             else:
-                image[part, 3] = self._alpha[stored] / count
+                image[part, 3] = self._alpha[self._gather(part)] / count
         return image.reshape(self.height, self.width, 4)
+
+    def half(self, number: int) -> Float32:
+        """Mean radiance of half 0 (A, even samples) or 1 (B): (height, width, 3) float32, 0 if empty."""
+        if not self.halves:
+            raise ValueError("this film keeps no halves")
+        image = np.empty((self.pixels, 3), np.float32)
+        for part in self._blocks():
+            sums = self.sums(part)
+            count, total = sums.half(number)
+            image[part] = (total / np.maximum(count, 1)).T
+        return image.reshape(self.height, self.width, 3)
+
+    def mean(self) -> float:
+        """Of the image, over pixels and channels."""
+        total = 0.0
+        for part in self._blocks():
+            sums = self.sums(part)
+            total += float((sums.total / np.maximum(sums.samples, 1)).sum())
+        return total / (3 * self.pixels)
 
     def counts(self) -> NDArray[np.uint32]:
         """Samples of each pixel: (height, width) uint32."""
@@ -239,31 +299,47 @@ class Film:
     def variance_of_mean(self) -> Float64:
         """Variance of each pixel's mean: (height, width, 3) float64, NaN below two samples.
 
-        s²/n with the unbiased s². It is exact in expectation for independent samples; stratified ones
-        (Sobol) have less error than it says, so it is an upper bound for them in practice.
+        s²/n with the unbiased s² where samples are independent. For correlated ones its shape over the image
+        is kept, and its size is taken from the halves of the pixels around: see `film_noise`.
         """
-        result = np.empty((self.pixels, 3))
-        for part in self._blocks():
-            result[part] = self.moments(part).variance.T
-        return result.reshape(self.height, self.width, 3)
+        result = np.empty((self.height, self.width, 3))
+        for y0, y1 in bands(self):
+            result[y0:y1] = pixel_variance(self, y0, y1)
+        return result
+
+    def standard_error(self) -> Float32:
+        """Of each pixel's mean: (height, width, 3) float32, NaN below two samples."""
+        return np.sqrt(self.variance_of_mean()).astype(np.float32)
+
+    def sums(self, pixels: slice) -> Sums:
+        """What is kept of a run of pixel numbers, in one memory layout whatever the storage."""
+        stored = self._gather(pixels)
+        # numpy's own sums depend on the layout in the last bit
+        total = np.ascontiguousarray(self._high[:, stored] + self._low[:, stored])
+        if not self.halves:
+            return Sums(self._count[stored], total[:3], total[3:], self.correlated)
+        high, low = (x[:3, stored] + x[3:6, stored] for x in (self._high, self._low))
+        whole = np.ascontiguousarray(high + low)  # rounded once: the very bits of a film without halves
+        return Sums(
+            self._count[stored],
+            whole,
+            total[6:],
+            self.correlated,
+            total[:3],
+            total[3:6],
+            self._count_b[stored],
+        )
 
     def moments(self, pixels: slice) -> Moments:
         """Means and their variances for a run of pixel numbers."""
-        stored = self._gather(pixels)
-        count = self._count[stored]
-        n = np.maximum(count, 1).astype(np.float64)
-        # One memory layout whatever the storage: numpy's sums depend on it in the last bit.
-        total = np.ascontiguousarray(self._high[:, stored] + self._low[:, stored])
-        mean = total[:3] / n
-        # Σ(x − x̄)² = Σx² − n x̄²; what rounding makes negative is 0.
-        spread = np.maximum(total[3:] * (1.0 / SQUARE_SCALE) - total[:3] * mean, 0.0)
-        variance = spread / (n * np.maximum(n - 1.0, 1.0))
-        variance[:, count < 2] = np.nan
-        return Moments(mean, variance, count)
+        return moments_of(self.sums(pixels))
 
-    def error(self) -> ErrorEstimate:
-        """mse, mse_ci95, relmse, relmse_ci95 (None below two samples): see `film_error`."""
-        return estimate_error(lambda: (self.moments(part) for part in self._blocks()))
+    def error(self, half: int | None = None) -> ErrorEstimate:
+        """How wrong the image is: `mse`, `relmse`, `rmse`, each with its `_ci95`: see `film_error`.
+
+        With `half` 0 or 1, as one random half of the pixels tells it; neither half knows of the other.
+        """
+        return estimate_error(moments_by_band(self, half), self.mean())
 
     def state(self) -> dict[str, NDArray[np.generic]]:
         """The arrays that make the film, in the order of pixel numbers."""
@@ -274,14 +350,25 @@ class Film:
             "low": np.ascontiguousarray(low[:, stored]),
             "count": self._count[stored],
         }
+        if self.halves:
+            arrays["count_b"] = self._count_b[stored]
         if self._alpha is not None:
             arrays["alpha"] = self._alpha[stored]
         return arrays
 
-    def restore(self, high: Float64, low: Float64, count: NDArray[np.uint32], alpha: Float64 | None) -> None:
+    def restore(
+        self,
+        high: Float64,
+        low: Float64,
+        count: NDArray[np.uint32],
+        count_b: NDArray[np.uint32] | None = None,
+        alpha: Float64 | None = None,
+    ) -> None:
         """Take over arrays as `state` gives them."""
         stored = self._stored_pixels()
         self._high, self._low, self._count = high[:, stored], low[:, stored], count[stored]
+        if count_b is not None:
+            self._count_b = count_b[stored]
         self._alpha = None if alpha is None else alpha[stored]
 
     # ------------------------------------------------------------------ storage
@@ -303,25 +390,3 @@ class Film:
 
     def _stored_pixels(self) -> exact_sum.Where:
         return slice(0, self.pixels) if self._order is None else self._order
-
-
-def overlapping(a: Ranges, b: Ranges) -> tuple[int, int] | None:
-    """The first range (first, count) that is in both, or None."""
-    for first, count in a:
-        for other_first, other_count in b:
-            low, high = max(first, other_first), min(first + count, other_first + other_count)
-            if low < high:
-                return low, high - low
-    return None
-
-
-def _joined(ranges: Ranges) -> Ranges:
-    """Sorted, merged where they touch or overlap."""
-    result: list[tuple[int, int]] = []
-    for first, count in sorted(ranges):
-        if result and first <= sum(result[-1]):
-            start = result[-1][0]
-            result[-1] = start, max(sum(result[-1]), first + count) - start
-        elif count:
-            result.append((first, count))
-    return tuple(result)

@@ -1,84 +1,104 @@
 """How wrong an image is, estimated from its own samples.
 
-With v(p, c) the estimated variance of the mean in pixel p and channel c, R the image and m its mean,
+With v(p, c) an unbiased estimate of the variance of the mean in pixel p and channel c (`film_moments`), R the
+image and m its mean,
 
     MSE = mean of v            relMSE = mean of v / (R² + 0.01 m²)            over pixels and channels
 
-which are the expected squared errors against the converged image, for an unbiased estimator.
+which for an unbiased estimator of light are the expected squared errors against the converged image, and
+RMSE = √MSE. A pixel that a rare bright sample has hit is bright *because* it is wrong; so R is trusted less
+where it is brighter than its neighbours by what may be noise (`film_noise.level`).
 
-Confidence: each pixel's v is itself noisy, and independent of the others. The noise is seen in differences
-of neighbours, d = v(2k) − v(2k+1): E d² is the sum of both their variances plus the squared difference of
-their expectations, so Σ d² over pairs estimates the variance of Σ v, a little too large where the true
-variance has edges, never too small. The interval is taken in the logarithm, MSE · exp(± 1.96 σ / MSE), since
-the estimate is positive and skewed to the right, as a χ². An image of fewer than 64 pixels
-has too few pairs; there v is taken to be χ² with n − 1 degrees of freedom.
+The interval holds the error of *this very* image. Its squared error e² in a pixel and the estimate v
+differ by
 
-What it cannot know: rays that no sample has found yet (a caustic that has not sparkled), and, where a
-render stopped *because* this estimate was small, the slight optimism of having stopped there. For Sobol
-samples v is the error that independent samples would have; the true one is smaller.
+    Var(e² − v) = 2 σ⁴ k / (k − 1)        σ² = E v, k the independent values behind v
+
+whatever the distribution of the samples: what a long tail adds to e² and to v alike cancels in their
+difference. Pixels are independent of each other (each sample belongs to one, drawn from the pixel filter;
+Sobol points are shifted for each), so the variances of a sum add up. σ⁴ is v² (k − 1)/(k + 1), which is
+unbiased where v is a χ², and too large for long tails; or, if the sum is larger so, the square of s²/n times
+Σv / Σ(s²/n), which has less noise where v comes from two halves. Channels are taken as fully correlated, the
+worst case, and nearly true for light of one colour. The interval is taken in the logarithm, since the
+estimate is positive and skewed to the right: MSE · exp(± 1.96 s / MSE). It is wider than one for the
+*expected* error of such an image.
+
+What it cannot know: light that no sample has found yet (a caustic that has not sparkled).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from .film import Moments
+from .film_moments import Moments
 
 Float64 = NDArray[np.float64]
 ErrorEstimate = dict[str, float | tuple[float, float] | None]
 Z95 = 1.959964
-FEW_PIXELS = 64
+FLOOR = 0.01  # of the squared mean, in relMSE
+NAMES = ("mse", "relmse", "rmse")
 
 
 class _Tally:
-    """Sum of a quantity over pixels, and the variance of that sum by differences of neighbours."""
+    """Sum of v over pixels, and the variance of its difference from Σ e²."""
 
     def __init__(self) -> None:
-        self.total, self.variance, self.pixels, self.degrees = 0.0, 0.0, 0, 0.0
+        self.total, self.pixels = 0.0, 0
+        self.own, self.shape, self.shape_total = 0.0, 0.0, 0.0
 
-    def add(self, value: Float64, samples: NDArray[np.uint32]) -> None:
-        """`value` (n,) of n consecutive pixels with that many samples."""
-        pairs = value[: len(value) // 2 * 2].reshape(-1, 2)
+    def add(self, value: Float64, shape: Float64, parts: NDArray[np.uint32]) -> None:
+        """`value` (n,) of n pixels, each from so many independent parts, and what it is in proportion to."""
         self.total += float(value.sum())
-        self.variance += float(((pairs[:, 0] - pairs[:, 1]) ** 2).sum())
+        self.own += float((value * value * (2.0 * parts / (parts + 1.0))).sum())
+        self.shape += float((shape * shape * (2.0 * parts / np.maximum(parts - 1.0, 1.0))).sum())
+        self.shape_total += float(shape.sum())
         self.pixels += len(value)
-        self.degrees += float((samples - 1.0).sum())
 
     def result(self) -> tuple[float, tuple[float, float]]:
         mean = self.total / self.pixels
         if mean <= 0:
             return 0.0, (0.0, 0.0)
-        few = self.pixels < FEW_PIXELS
-        relative = np.sqrt(2.0 / self.degrees) if few else np.sqrt(self.variance) / self.total
-        spread = float(np.exp(Z95 * relative))
+        variance = max(self.own, self.shape * (self.total / (self.shape_total or self.total)) ** 2)
+        spread = float(np.exp(Z95 * np.sqrt(variance) / self.total))
         return mean, (mean / spread, mean * spread)
 
 
-def estimate_error(blocks: Callable[[], Iterable[Moments]]) -> ErrorEstimate:
-    """mse, mse_ci95, relmse, relmse_ci95; None where no pixel has two samples.
+def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
+    """`mse`, `relmse`, `rmse` and each's `_ci95`; None where no pixel's variance is known.
 
     Parameters
     ----------
-    blocks : callable
-        Returns the image piece by piece, in the order of pixels. Called twice: relMSE needs the mean first.
+    blocks : iterable
+        The image piece by piece.
+    mean : float
+        Of the whole image, over pixels and channels.
     """
-    total, pixels, absolute, relative = 0.0, 0, _Tally(), _Tally()
-    for block in blocks():
-        total += float(block.mean.sum())
-        pixels += block.mean.size
-    floor = 0.01 * (total / pixels) ** 2
-    for block in blocks():
-        known = np.flatnonzero(block.samples >= 2)
-        variance, count = block.variance[:, known], block.samples[known]
-        scale = block.mean[:, known] ** 2 + floor
-        absolute.add(variance.mean(axis=0), count)
-        relative.add((variance / (scale + (scale == 0))).mean(axis=0), count)
+    absolute, relative = _Tally(), _Tally()
+    floor = FLOOR * mean**2
+    for block in blocks:
+        known = block.of(np.flatnonzero(np.isfinite(block.variance[0])))
+        weight = weights(known.level, floor)
+        absolute.add(known.variance.mean(axis=0), known.spread, known.parts)
+        relative.add((known.variance * weight).mean(axis=0), known.spread * weight.mean(axis=0), known.parts)
     if not absolute.pixels:
-        return {"mse": None, "mse_ci95": None, "relmse": None, "relmse_ci95": None}
+        return {key: None for name in NAMES for key in (name, f"{name}_ci95")}
     (mse, mse_ci95), (relmse, relmse_ci95) = absolute.result(), relative.result()
-    return {"mse": mse, "mse_ci95": mse_ci95, "relmse": relmse, "relmse_ci95": relmse_ci95}
+    low, high = np.sqrt(mse_ci95)
+    return {
+        "mse": mse,
+        "mse_ci95": mse_ci95,
+        "relmse": relmse,
+        "relmse_ci95": relmse_ci95,
+        "rmse": float(np.sqrt(mse)),
+        "rmse_ci95": (float(low), float(high)),
+    }
+
+
+def weights(level: Float64, floor: float) -> Float64:
+    """1 / (R² + floor), what squared errors are multiplied with; 1 where all is black."""
+    scale = level**2 + floor
+    result: Float64 = 1.0 / (scale + (scale == 0))
+    return result

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .film import Film
 
-FORMAT = "pt_engine.film/1"
+FORMAT = "pt_engine.film/2"
 
 
 def save_film(film: Film, path: str | os.PathLike[str]) -> None:
@@ -21,6 +21,7 @@ def save_film(film: Film, path: str | os.PathLike[str]) -> None:
     header = {
         "format": FORMAT, "width": film.width, "height": film.height, "key": film.key,
         "ranges": film.ranges, "dropped": film.dropped,
+        "correlated": film.correlated, "halves": film.halves,
     }  # fmt: skip
     text = np.frombuffer(json.dumps(header).encode(), np.uint8)
     path = Path(path)
@@ -48,13 +49,21 @@ def load_film(path: str | os.PathLike[str]) -> Film:
             header = json.loads(arrays["header"].tobytes())
             if header["format"] != FORMAT:
                 raise ValueError(f"format {header['format']!r} is not {FORMAT!r}")
-            film = Film(int(header["width"]), int(header["height"]), str(header["key"]))
-            n = film.pixels
+            film = Film(
+                int(header["width"]),
+                int(header["height"]),
+                str(header["key"]),
+                correlated=bool(header["correlated"]),
+                halves=bool(header["halves"]),
+            )
+            n, rows = film.pixels, film.rows
+            count_b = _array(arrays["count_b"], (n,), np.uint32) if film.halves else None
             alpha = _array(arrays["alpha"], (n,), np.float64) if "alpha" in arrays else None
             film.restore(
-                _array(arrays["high"], (6, n), np.float64),
-                _array(arrays["low"], (6, n), np.float64),
+                _array(arrays["high"], (rows, n), np.float64),
+                _array(arrays["low"], (rows, n), np.float64),
                 _array(arrays["count"], (n,), np.uint32),
+                count_b,
                 alpha,
             )
             film.ranges = tuple((int(first), int(count)) for first, count in header["ranges"])

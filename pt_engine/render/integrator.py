@@ -35,12 +35,16 @@ class Integrator(ABC):
     signed : bool
         Whether its estimates may be below 0 by right; else such samples are dropped and reported, where
         no light of the scene is negative.
+    combines : bool
+        Whether all light that emitter sampling finds is found by BSDF sampling too, both weighted by MIS:
+        emitters then leave what is dim and all around to BSDFs.
     """
 
     name: ClassVar[str] = ""
     label: ClassVar[str] = ""
     description: ClassVar[str] = ""
     signed: ClassVar[bool] = False
+    combines: ClassVar[bool] = False
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)

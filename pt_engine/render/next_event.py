@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.clock import stage
 from ..core.uniforms import Uniforms
 from ..scene.lanes import Surface
 from ..scene.scene import Scene
@@ -15,6 +16,7 @@ from .path_state import PathState, mis
 Float32 = NDArray[np.float32]
 
 
+@stage("emitter")
 def next_event(
     scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, u: Uniforms, limit: Integrator
 ) -> None:
@@ -28,7 +30,7 @@ def next_event(
         return
     here, paths = si.part(slice(0, m)), path.part(slice(0, m))
     light = scene.sample_emitter(here, u[:, :m], paths)
-    value, pdf = bsdf.eval_pdf(light.wo)
+    value, pdf = bsdf.eval_pdf(light.wo, light.hidden)
     weight = mis(light.pdf, pdf * np.logical_not(light.delta))
     contribution = value * light.weight
     contribution *= paths.beta

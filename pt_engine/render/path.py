@@ -22,6 +22,7 @@ class PathActive(Integrator):
     name = "path_active"
     label = "Path, Active Lanes"
     description = "Paths of fixed depth; those that have ended leave the batch"
+    combines = True
     roulette = False
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:

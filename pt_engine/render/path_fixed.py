@@ -23,6 +23,7 @@ class PathFixed(Integrator):
     name = "path_fixed"
     label = "Path, Fixed Depth"
     description = "Every path has max_depth edges; nothing leaves the batch"
+    combines = True
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
         path = PathState.start(sampler, scene.tracks_history, scene.history(rays))

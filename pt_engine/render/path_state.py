@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..bsdfs.base import Lobe
 from ..core import keyed, vectors
+from ..core.clock import stage
 from ..core.raykind import RayKind
 from ..core.rows import Rows, scatter_add
 from ..scene.accel import FAR
@@ -66,6 +67,10 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         Smallest density of the path's directions so far, where it is tracked.
     diffuse_depth, glossy_depth, transmission_depth, portal_depth : (N,) int32
         Bounces of one kind so far.
+    receiver : (N,) int32
+        Which instance the last real bounce was on; −1 for none.
+    clear : (N,) int32 or bool
+        Whether the ray still sees the film: a camera ray, or one through glass only where that is clear.
 
     Only scenes in which somebody asks (`Scene.tracks_history`, `Scene.history`) carry all from `travelled`
     on lane by lane.
@@ -161,6 +166,17 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         return self._column("glossy_depth")
 
     @property
+    def clear(self) -> NDArray[np.integer | np.bool_]:
+        if self._history is not None and "clear" in self._history:
+            return self._history["clear"]
+        seen: NDArray[np.bool_] = (self.kind & RayKind.CAMERA) != 0
+        return seen
+
+    @property
+    def receiver(self) -> Int32:
+        return self._column("receiver")
+
+    @property
     def transmission_depth(self) -> Int32:
         return self._column("transmission_depth")
 
@@ -187,6 +203,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         """The random numbers of the paths that are alive."""
         return base.with_state(self.random.view(np.uint32))
 
+    @stage("emission")
     def gather(self, found: Found) -> None:
         """L += β · mis · Le on the lanes that found an emitter."""
         lanes = found.lanes
@@ -209,7 +226,12 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
                 self._history["sharpness"] = np.minimum(self._history["sharpness"], to.pdf)
             for name in DEPTH_OF_LOBE.keys() & self._history.keys():
                 self._history[name] = self._history[name] + DEPTH_OF_LOBE[name].take(to.lobe)
-        return leave(si, to.wo)
+            if "receiver" in self._history:
+                self._history["receiver"] = si.instance
+            if "clear" in self._history:
+                self._history["clear"] = self._history["clear"] * ((to.lobe & Lobe.CLEAR) != 0)
+        rays = leave(si, to.wo)
+        return rays if self._history is None else rays._replace(kind=self.kind)
 
     def go_on(self, scene: Scene, si: Surface, to: Scattered, max_depth: int) -> Rays:
         """`scatter`, or pass a transparent surface as if it were not there.
@@ -227,7 +249,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         self.pdf[passing], self.kind[passing] = before.pdf, before.kind
         self.depth[passing], self.passed[passing] = before.depth, before.passed + 1
         self.travelled[passing], self.place[passing] = travelled, before.place
-        for name in DEPTH_OF_LOBE.keys() & (self._history or {}).keys():
+        for name in KEPT & (self._history or {}).keys():
             getattr(self, name)[passing] = getattr(before, name)
         if scene.has_portals:  # no emitter sample reaches through them
             away = np.flatnonzero(to.lobe & Lobe.PORTAL)
@@ -249,8 +271,8 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         self.bounces = moved.bounces
         o, d = np.zeros((3, n), np.float32), np.ones((3, n), np.float32)
         tfar = np.full(n, -1, np.float32)
-        o[:, :m], d[:, :m], tfar[:m] = rays
-        return Rays(o, d, tfar)
+        o[:, :m], d[:, :m], tfar[:m] = rays[:3]
+        return Rays(o, d, tfar, self.kind)
 
 
 def leave(si: Surface, wo: Float32) -> Rays:
@@ -266,7 +288,7 @@ def _kind_of_lobe(lobe: int) -> int:
     return side | RayKind.GLOSSY | (RayKind.SINGULAR if lobe & Lobe.DELTA else 0)
 
 
-KIND_OF_LOBE = np.array([_kind_of_lobe(lobe) for lobe in range(64)], np.int32)
+KIND_OF_LOBE = np.array([_kind_of_lobe(lobe) for lobe in range(128)], np.int32)
 
 
 def _counted(kind: int, but: int = 0) -> Int32:
@@ -280,3 +302,4 @@ DEPTH_OF_LOBE = {
     "glossy_depth": _counted(RayKind.GLOSSY, but=RayKind.TRANSMISSION),
     "transmission_depth": _counted(RayKind.TRANSMISSION),
 }
+KEPT = {*DEPTH_OF_LOBE, "receiver", "clear"}  # by rays that pass a transparent surface

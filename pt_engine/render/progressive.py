@@ -12,6 +12,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -22,15 +23,27 @@ from ..core.memory import kept_buffers
 from ..core.samplers import SAMPLERS
 from ..scene.prepare import finish
 from ..scene.scene import Scene
+from .catcher_film import CatcherFilm
+from .decisions import DECIDES, TELLS, decisions, relative_error
 from .film import Film
-from .integrator import INTEGRATORS
+from .film_error import ErrorEstimate
+from .forecast import Forecast
+from .integrator import INTEGRATORS, Integrator
+from .ledger import Ledger
 from .provenance import only_positive, origins
-from .schedule import Unit, morton_order, units
+from .schedule import WAIT, Unit, morton_order, units
 from .settings import RenderSettings
 from .worker import UnitResult, Worker
 
 Float32 = NDArray[np.float32]
 REPORTED_NONFINITE = 20
+# settings that say how many samples there are and who makes them, not what they are
+HOW_MANY = ("samples", "first_sample", "seconds", "threads", "lanes") + (
+    "target_error",
+    "target_percentile",
+    "min_samples",
+    "adaptive",
+)
 
 
 @dataclass
@@ -46,6 +59,10 @@ class Progress:
     nonfinite: list[dict[str, Any]] = field(default_factory=list)
     nonfinite_count: int = 0
     stopped: bool = False
+    caught: CatcherFilm | None = None  # where there are shadow catchers
+    in_flight: int = 1  # units that are rendered at a time
+    unit_lanes: int = 0  # of the last one
+    forecast: Forecast = field(default_factory=Forecast)
 
     @property
     def total_samples(self) -> int:
@@ -66,7 +83,14 @@ class Progress:
             parts.append(self.camera_samples / (self.settings.samples * (x1 - x0) * (y1 - y0)))
         if self.settings.seconds:
             parts.append(self.elapsed / self.settings.seconds)
+        if self.settings.target_error and self.forecast.latest:
+            parts.append(self.elapsed / max(self.forecast.latest.seconds, self.elapsed))
         return min(1.0, max(parts))
+
+    @property
+    def latency(self) -> float:
+        """Seconds from a unit's start to its end: those in flight, over the pace."""
+        return self.in_flight * self.unit_lanes * self.elapsed / max(1, self.camera_samples)
 
     @property
     def remaining(self) -> float:
@@ -81,21 +105,33 @@ class Progress:
 
     def image(self) -> Float32:
         """(height, width, 4) float32 of the window, bottom row first, alpha premultiplied."""
-        return self.film.image()
+        return self.film.image() if self.caught is None else self.caught.image()
 
 
 @dataclass
 class RenderResult:
-    """What a render leaves, complete or cancelled."""
+    """What a render leaves, complete or cancelled.
+
+    `stopped_by` is "samples", "time", "target", "noise" (adaptive sampling wants no more) or "cancelled".
+    """
 
     film: Film
     progress: Progress
     seconds: float
-    cancelled: bool
+    stopped_by: str
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether somebody stopped it."""
+        return self.stopped_by == "cancelled"
+
+    def error(self) -> ErrorEstimate:
+        """How wrong the image is; where the error ended the render, as pixels tell that had no say in it."""
+        return self.film.error(TELLS if self.stopped_by == "target" else None)
 
     def image(self) -> Float32:
         """(height, width, 4) float32 of the window, bottom row first, alpha premultiplied."""
-        return self.film.image()
+        return self.progress.image()
 
 
 def render(
@@ -103,6 +139,7 @@ def render(
     settings: RenderSettings,
     on_progress: Callable[[Progress], None] = lambda progress: None,
     should_stop: Callable[[], bool] = lambda: False,
+    ledger: Ledger | None = None,
 ) -> RenderResult:
     """Render until the samples, the time or the caller's patience are used up.
 
@@ -114,6 +151,8 @@ def render(
         Called in this thread after every unit of work.
     should_stop : callable
         Asked in this thread after every unit; what was rendered until then is kept.
+    ledger : Ledger, optional
+        Keeps the books of the time.
 
     Raises
     ------
@@ -121,58 +160,121 @@ def render(
         The integrator or the sampler named in `settings` is not registered.
     """
     x0, y0, x1, y1 = settings.window
-    order = morton_order(x1 - x0, y1 - y0)
     integrator = INTEGRATORS[settings.integrator](settings)
     positive = only_positive(scene, integrator)
-    film = Film(x1 - x0, y1 - y0, key=film_key(settings), order=order, reject_negative=positive)
-    worker = Worker(scene, settings, integrator, SAMPLERS[settings.sampler](settings.seed))
-    finish(scene)
+    worker = ready_worker(scene, settings, integrator)
+    order = np.concatenate(worker.groups(morton_order(x1 - x0, y1 - y0)))
+    film = Film(
+        *(x1 - x0, y1 - y0),
+        key=film_key(settings),
+        order=order,
+        reject_negative=positive,
+        correlated=SAMPLERS[settings.sampler].correlated,
+        halves=settings.half_buffers,
+    )
     progress = Progress(film, settings, time.perf_counter())
+    progress.caught = CatcherFilm(film, order) if scene.has_catchers else None
     threads = settings.threads or os.cpu_count() or 1
+    progress.in_flight = threads + 1 if threads > 1 else 1
     with kept_buffers():
-        work = units(settings, order)
-        for result in in_parallel(worker, work, threads, lambda: progress.stopped or out_of_time(progress)):
-            deposit(progress, result)
-            on_progress(progress)
-            progress.stopped = progress.stopped or should_stop()
+        asked = units(
+            settings, order, decisions(film, settings, order), split=worker.groups, aligned=worker.run
+        )
+        work = in_parallel(worker, asked, threads, lambda: is_over(progress), ledger)
+        with ledger.running(threads) if ledger else nullcontext():
+            for result in work:
+                deposit(progress, result)
+                progress.forecast.look(progress)
+                on_progress(progress)
+                progress.stopped = progress.stopped or should_stop()
         seconds = progress.elapsed
         progress.nonfinite = origins(scene, settings, progress.nonfinite, positive)
-    return RenderResult(film, progress, seconds, progress.stopped)
+    return RenderResult(film, progress, seconds, stopped_by(progress))
+
+
+def ready_worker(scene: Scene, settings: RenderSettings, integrator: Integrator) -> Worker:
+    """A worker whose tables are made; their time counts as the scene's build."""
+    started = time.perf_counter()
+    worker = Worker(scene, settings, integrator, SAMPLERS[settings.sampler](settings.seed))
+    finish(worker.scene)
+    scene.build_seconds += time.perf_counter() - started
+    return worker
 
 
 def film_key(settings: RenderSettings) -> str:
     """What two films must have in common to be parts of one render."""
     parts = asdict(settings)
-    for name in ("samples", "first_sample", "seconds", "threads", "lanes"):
+    for name in HOW_MANY:
         del parts[name]
     return json.dumps(parts, sort_keys=True)
 
 
+def is_over(progress: Progress) -> bool:
+    """Whether it was stopped or has used up its time."""
+    return progress.stopped or out_of_time(progress)
+
+
+def stopped_by(progress: Progress) -> str:
+    """Why a render is over."""
+    settings = progress.settings
+    if progress.stopped:
+        return "cancelled"
+    if settings.samples and progress.camera_samples >= settings.samples * progress.film.pixels:
+        return "samples"
+    if out_of_time(progress):
+        return "time"
+    if settings.target_error:
+        error = relative_error(progress.film, settings.target_percentile, DECIDES)
+        if error is not None and error <= settings.target_error:
+            return "target"
+    return "noise" if settings.adaptive else "samples"
+
+
 def out_of_time(progress: Progress) -> bool:
-    """Whether the time limit is reached."""
+    """Whether a unit that is started now would end rather after the time limit than before it.
+
+    Those in flight end first: it is as late as the ones before it were.
+    """
     limit = progress.settings.seconds
-    return limit > 0 and progress.elapsed >= limit
+    return limit > 0 and progress.elapsed + 0.5 * progress.latency >= limit
 
 
 def in_parallel(
-    worker: Worker, work: Iterator[Unit], threads: int, stop: Callable[[], bool]
+    worker: Worker,
+    work: Iterator[Unit | None],
+    threads: int,
+    stop: Callable[[], bool],
+    ledger: Ledger | None = None,
 ) -> Iterator[UnitResult]:
-    """Results in the order of the work, one unit per thread in flight; none is started after `stop`."""
+    """Results in the order of the work, one unit per thread in flight; none is started after `stop`.
+
+    Where the work says WAIT, all results before are handed over before it is asked for more.
+    """
     if threads == 1:
         for only in work:
-            yield worker.render(only)
-            if stop():
-                return
+            if only is not WAIT:
+                yield worker.render(only)
+                if stop():
+                    return
         return
-    with ThreadPoolExecutor(threads, thread_name_prefix="pt_engine") as pool:
+    opened = ledger.open_on_thread if ledger else None
+    with ThreadPoolExecutor(threads, "pt_engine", opened) as pool:
         pending: deque[Future[UnitResult]] = deque()
-        more, started = True, False
+        more, started, wait = True, False, False
         while more or pending:
-            while more and len(pending) <= threads:
-                unit = None if started and stop() else next(work, None)
-                more = started = unit is not None
-                if unit is not None:
+            while more and not (wait and pending) and len(pending) <= threads:
+                if started and stop():
+                    more = False
+                    break
+                try:
+                    unit = next(work)
+                except StopIteration:
+                    more = False
+                    break
+                wait = unit is WAIT
+                if unit is not WAIT:
                     pending.append(pool.submit(worker.render, unit))
+                    started = True
             if pending:
                 yield pending.popleft().result()
 
@@ -181,12 +283,15 @@ def deposit(progress: Progress, result: UnitResult) -> None:
     """Add a unit's samples to the film; those that can't be are dropped there and remembered here."""
     unit = result.unit
     bad = progress.film.add(unit.pixels, unit.first, unit.spp, result.radiance, result.alpha)
+    if progress.caught is not None and result.caught is not None:
+        progress.caught.add(unit.pixels, unit.first, unit.spp, result.caught)
     for slot in bad[: max(0, REPORTED_NONFINITE - len(progress.nonfinite))]:
         sample, index = divmod(int(slot), len(unit.pixels))
         x0, y0, x1, _ = progress.settings.window
         y, x = divmod(int(unit.pixels[index]), x1 - x0)
         progress.nonfinite.append({"x": x + x0, "y": y + y0, "sample": unit.first + sample})
     progress.nonfinite_count += len(bad)
+    progress.unit_lanes = len(unit.pixels) * unit.spp
     progress.camera_samples += len(unit.pixels) * unit.spp
     progress.rays.update(result.rays)
     progress.samples = progress.camera_samples // max(1, progress.film.pixels)

@@ -97,9 +97,11 @@ def replay(scene: Scene, settings: RenderSettings, x: int, y: int, sample: int) 
     worker = Worker(scene, settings, integrator, SAMPLERS[settings.sampler](settings.seed))
     unit = Unit(np.array([(y - y0) * (x1 - x0) + x - x0], np.int32), sample, 1)
     lanes = worker.lane_sampler(unit)
-    rays = worker.camera_rays(unit, lanes)
-    recorder = Recorder(scene.for_unit(1))
-    recorder.note("camera ray", origin=rays.o[:, 0] + scene.origin32[:, 0], direction=rays.d[:, 0])
+    seen = worker.scene_of(unit)
+    rays = worker.camera_rays(unit, lanes, seen.camera)
+    recorder = Recorder(seen.for_unit(1))
+    time: dict[str, Any] = {} if seen.time is None else {"time": seen.time}
+    recorder.note("camera ray", origin=rays.o[:, 0] + scene.origin32[:, 0], direction=rays.d[:, 0], **time)
     gathered = integrator.sample(cast(Scene, recorder), rays, lanes)
     radiance = worker.exposed(gathered)
     if scene.exposure != 1:
@@ -206,8 +208,8 @@ class RecordedBSDF:
         self._bsdf, self._recorder = bsdf, recorder
         self.smooth_count = bsdf.smooth_count
 
-    def eval_pdf(self, wo: Float32) -> tuple[Float32, Float32]:
-        value, pdf = self._bsdf.eval_pdf(wo)
+    def eval_pdf(self, wo: Float32, hidden: NDArray[np.uint8] | None = None) -> tuple[Float32, Float32]:
+        value, pdf = self._bsdf.eval_pdf(wo, hidden)
         self._recorder.note("BSDF toward the emitter", **{"f·cosθ": value[:, 0], "pdf BSDF": pdf[0]})
         return value, pdf
 

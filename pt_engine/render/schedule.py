@@ -7,13 +7,15 @@ numbers depend on its pixel and number alone, and the film's sums are exact.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .settings import RenderSettings
+
+Pixels = NDArray[np.int32]
 
 
 class Unit(NamedTuple):
@@ -24,22 +26,57 @@ class Unit(NamedTuple):
     spp: int
 
 
+class Step(NamedTuple):
+    """What to do until the next decision: that many samples more, of these pixels; 0 ends the render."""
+
+    samples: int
+    pixels: NDArray[np.int32]
+
+
+Decide = Callable[[int], Step]
+WAIT = None  # in place of a unit: go on when everything before is in the film
 LARGEST_PASS = 8  # samples: more gains nothing, and a unit of few pixels has incoherent neighbours
 
 
-def units(settings: RenderSettings, order: NDArray[np.int32]) -> Iterator[Unit]:
+def units(
+    settings: RenderSettings,
+    order: Pixels,
+    decide: Decide | None = None,
+    split: Callable[[Pixels], list[Pixels]] = lambda pixels: [pixels],
+    aligned: int = 0,
+) -> Iterator[Unit | None]:
     """Every unit of the render, pass after pass; without end where samples are unlimited.
 
-    `order` lists the pixels of the window; a unit takes a run of it.
+    Parameters
+    ----------
+    order : (n,) int32
+        The pixels of the window.
+    decide : callable, optional
+        Samples done → the next step. It is asked after a WAIT, so the film then holds just what was done.
+    split : callable
+        Cuts pixels into groups; a unit takes a run of one of them.
+    aligned : int
+        No pass crosses a sample whose number is a multiple of this, unless it is 0.
     """
-    done = 0
+    done, until = 0, 0
     while settings.samples == 0 or done < settings.samples:
+        if decide is not None and done == until:
+            yield WAIT
+            step = decide(done)
+            until, order = done + step.samples, step.pixels
+            if step.samples == 0 or order.size == 0:
+                return
         count = min(LARGEST_PASS, max(1, done), settings.lanes)
+        if aligned:
+            count = min(count, aligned - (settings.first_sample + done) % aligned)
         if settings.samples:
             count = min(count, settings.samples - done)
-        parts = -(-len(order) // (settings.lanes // count))
-        for pixels in np.array_split(order, max(1, parts)):
-            yield Unit(pixels, settings.first_sample + done, count)
+        if decide is not None:
+            count = min(count, until - done)
+        for group in split(order):
+            parts = -(-len(group) // (settings.lanes // count))
+            for pixels in np.array_split(group, max(1, parts)):
+                yield Unit(pixels, settings.first_sample + done, count)
         done += count
 
 

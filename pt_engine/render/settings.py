@@ -21,6 +21,14 @@ class RenderSettings:
         Number of the first sample, so that a render can be made in parts and merged.
     seconds : float
         Time limit; 0 for none.
+    target_error : float
+        Relative error at which the render ends; 0 for none.
+    target_percentile : float
+        0: the target is for the image (√relMSE); else for so many per cent of its pixels.
+    min_samples : int
+        Per pixel, before the error decides anything.
+    adaptive : bool
+        Whether pixels stop early where their surroundings have little noise; `samples` is the most one gets.
     seed : int
     threads : int
         0 for one per core.
@@ -40,6 +48,8 @@ class RenderSettings:
         In pixels.
     film_transparent : bool
         Whether the sky is left out of the image and of its alpha.
+    half_buffers : bool
+        Whether even and odd samples are kept apart, so that the halves can be written.
     lanes : int
         Size of a wavefront.
     """
@@ -50,6 +60,10 @@ class RenderSettings:
     samples: int = 64
     first_sample: int = 0
     seconds: float = 0.0
+    target_error: float = 0.0
+    target_percentile: float = 0.0
+    min_samples: int = 16
+    adaptive: bool = False
     seed: int = 0
     threads: int = 0
     integrator: str = "path"
@@ -60,6 +74,7 @@ class RenderSettings:
     pixel_filter: str = "BLACKMAN_HARRIS"
     filter_width: float = 1.5
     film_transparent: bool = False
+    half_buffers: bool = False
     lanes: int = 1 << 16
 
     @property

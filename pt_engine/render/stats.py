@@ -12,13 +12,17 @@ import numpy as np
 
 from .. import __version__
 from ..scene.scene import Scene
+from .forecast import Prediction
+from .ledger import Ledger
 from .progressive import RenderResult
 from .settings import RenderSettings
 
 SCHEMA = "pt_engine.stats/1"
 
 
-def statistics(scene: Scene, settings: RenderSettings, result: RenderResult) -> dict[str, Any]:
+def statistics(
+    scene: Scene, settings: RenderSettings, result: RenderResult, ledger: Ledger | None = None
+) -> dict[str, Any]:
     """All that the render itself knows, ready for JSON; the caller adds `export` and `write` seconds."""
     progress = result.progress
     x0, y0, x1, y1 = settings.window
@@ -43,7 +47,13 @@ def statistics(scene: Scene, settings: RenderSettings, result: RenderResult) -> 
         "peak_memory_bytes": peak_memory(),
         "nonfinite": {"count": progress.nonfinite_count, "samples": progress.nonfinite},
         "features": dict(scene.features),
-        "error": result.film.error(),
+        "ledger": ledger.books(scene) if ledger else None,
+        "error": result.error(),
+        "stopped_by": result.stopped_by,
+        "prediction": foretold(progress.forecast.early or progress.forecast.latest),
+        "error_history": [
+            [look.samples, look.seconds, look.relmse**0.5] for look in progress.forecast.history
+        ],
         "coverage": [
             {"material": c.material, "node": c.node, "state": c.state, "effect": c.effect}
             for c in scene.coverage
@@ -52,6 +62,11 @@ def statistics(scene: Scene, settings: RenderSettings, result: RenderResult) -> 
         "triangles": len(scene.geometry.records) - 1,
         "emitters": dict(scene.lights.description.counts),
     }
+
+
+def foretold(prediction: Prediction | None) -> dict[str, Any] | None:
+    """A prediction as an object; None if the render was too short for one."""
+    return prediction and prediction._asdict()
 
 
 def versions() -> dict[str, str]:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
+from ..core.clock import stage
 from ..core.rows import scatter
 from ..scene.lanes import Surface
 from ..scene.scene import BatchNumbers, Scene
@@ -35,6 +36,7 @@ class Wavefront:
         self._integrator, self._scene = integrator, scene
         self._radiance = np.zeros((3, size), np.float32)
 
+    @stage("roulette")
     def survivors(self, path: PathState, found: Intersection) -> tuple[PathState, NDArray[np.intp], Spans]:
         """The paths that scatter where they are, sorted by group; the others' radiance is kept.
 
@@ -62,6 +64,7 @@ class Wavefront:
     def _keep(self, path: PathState, ended: NDArray[np.intp]) -> None:
         scatter(self._radiance, path.slot.take(ended), path.L.take(ended, axis=1))
 
+    @stage("bsdf")
     def advance(self, path: PathState, si: Surface, to: Scattered, u: Float32 | None) -> Rays:
         """Scatter every path, or let it pass a transparent surface; with `u`, roulette may end it."""
         rays = path.go_on(self._scene, si, to, self._integrator.max_depth)
@@ -71,12 +74,14 @@ class Wavefront:
         rays.tfar[strength <= 0] = -1
         return rays
 
+    @stage("roulette")
     def finish(self, path: PathState) -> Float32:
         """Radiance of all camera rays."""
         scatter(self._radiance, path.slot, path.L)
         return self._radiance
 
 
+@stage("roulette")
 def roulette(path: PathState, strength: Float32, u: Float32) -> None:
     """Let a path survive with probability q = max β, within [0.01, 0.95], and divide its β by q: unbiased.
 

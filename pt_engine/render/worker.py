@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..cameras.base import Camera
+from ..core.clock import new_paths, stage
 from ..core.pixel_filters import FilterTable
+from ..core.raykind import RayKind
 from ..core.samplers import Sampler
 from ..scene.scene import Scene
 from ..scene.wave import Rays
+from .catcher_film import Parts, empty_parts, flattened, put
 from .dimensions import LaneSampler
 from .integrator import Integrator
+from .moments import Moments, Part
 from .schedule import Unit
 from .settings import RenderSettings
 
@@ -21,12 +26,16 @@ Float32 = NDArray[np.float32]
 
 
 class UnitResult(NamedTuple):
-    """Radiance (3, N) and coverage (N,) of a unit, sample-major: slot = sample · pixels + pixel."""
+    """Radiance (3, N) and coverage (N,) of a unit, sample-major: slot = sample · pixels + pixel.
+
+    `caught` are the parts of it where there are shadow catchers.
+    """
 
     unit: Unit
     radiance: Float32
     alpha: Float32 | None
     rays: dict[str, int]
+    caught: Parts | None = None
 
 
 class Worker:
@@ -38,29 +47,90 @@ class Worker:
     settings : RenderSettings
     integrator : Integrator
     sampler : Sampler
+
+    Attributes
+    ----------
+    scene : Scene
+        As the integrator sees it.
     """
 
     def __init__(
         self, scene: Scene, settings: RenderSettings, integrator: Integrator, sampler: Sampler
     ) -> None:
-        self._scene = scene.with_pixels(settings.width, settings.height)
         self._settings = settings
         self._integrator, self._sampler = integrator, sampler
+        self.scene = self.seen(scene)
+        self._alone = None if scene.alone is None else self.seen(scene.alone)
         self._filter = FilterTable(settings.pixel_filter, settings.filter_width)
-        self._camera: Camera = scene.camera.at_resolution(settings.width, settings.height)
+        self.moments = Moments(scene.slices, settings, sampler, self.seen) if scene.slices else None
+
+    def seen(self, scene: Scene) -> Scene:
+        """A scene as this integrator sees it at this image's size."""
+        if self._integrator.combines:
+            scene = scene.with_compensated_lights()
+        return scene.with_pixels(self._settings.width, self._settings.height)
+
+    @property
+    def run(self) -> int:
+        """Samples of a pixel, from a multiple of it on, that are best rendered together; 0 for any."""
+        return 0 if self.moments is None else self.moments.run
+
+    def groups(self, order: NDArray[np.int32]) -> list[NDArray[np.int32]]:
+        """The pixels of `order` in groups that are best rendered one after the other."""
+        return [order] if self.moments is None else self.moments.groups(order)
 
     def render(self, unit: Unit) -> UnitResult:
         """Estimate the radiance of each of the unit's camera rays."""
+        if self.moments is None:
+            return self._render(unit, self.scene)
+        parts = list(self.moments.parts(unit))
+        results = [self._render(part.unit, self.moments.scene(part.moment)) for part in parts]
+        return results[0] if len(parts) == 1 else joined(unit, parts, results)
+
+    def _render(self, unit: Unit, moment: Scene) -> UnitResult:
+        """The same where all see one moment."""
+        new_paths()
         sampler = self.lane_sampler(unit)
-        rays = self.camera_rays(unit, sampler)
-        scene = self._scene.for_unit(rays.o.shape[1])
+        rays = self.camera_rays(unit, sampler, moment.camera)
+        scene = moment.for_unit(rays.o.shape[1])
         radiance = self.exposed(self._integrator.sample(scene, rays, sampler))
-        return UnitResult(unit, radiance, scene.alpha, scene.rays)
+        if scene.caught is None or self._alone is None:
+            return UnitResult(unit, radiance, scene.alpha, scene.rays)
+        return UnitResult(unit, radiance, scene.alpha, scene.rays, self.caught(unit, scene, radiance))
+
+    def caught(self, unit: Unit, scene: Scene, radiance: Float32) -> Parts:
+        """The light that catchers send in the whole scene and alone, by the same random numbers."""
+        new_paths()
+        sampler, caught = self.lane_sampler(unit), scene.caught
+        rays = self.camera_rays(unit, sampler, scene.camera)
+        assert caught is not None
+        assert self._alone is not None
+        rays.tfar[~caught.hit] = -1
+        alone = self._alone.for_unit(rays.o.shape[1])
+        light = self._integrator.sample(alone, rays, sampler)
+        assert alone.caught is not None
+        scene.rays.update(alone.rays)
+        matte = np.where(caught.hit, self.exposed(caught.light), radiance)
+        return Parts(
+            matte=matte,
+            matte_alpha=np.where(caught.hit, caught.alpha, scene.alpha),
+            shaded=radiance - matte,
+            alone=self.exposed((light - alone.caught.light) * caught.beta) * caught.hit,
+            hit=caught.hit.astype(np.float32),
+            sky=None if scene.film_transparent else self.exposed(caught.sky),
+        )
+
+    def scene_of(self, unit: Unit) -> Scene:
+        """The scene that a unit of one pixel and one sample sees."""
+        if self.moments is None:
+            return self.scene
+        return self.moments.scene(next(self.moments.parts(unit)).moment)
 
     def exposed(self, radiance: Float32) -> Float32:
         """What the film takes of a radiance (3, N): all of it unless the file sets a film exposure."""
-        return radiance if self._scene.exposure == 1 else radiance * np.float32(self._scene.exposure)
+        return radiance if self.scene.exposure == 1 else radiance * np.float32(self.scene.exposure)
 
+    @stage("generate")
     def lane_sampler(self, unit: Unit) -> LaneSampler:
         """Random numbers by (pixel of the full image, sample)."""
         x, y = self._pixel_coordinates(unit)
@@ -69,16 +139,39 @@ class Worker:
         state = self._sampler.state(np.tile(pixel, unit.spp), np.repeat(sample, len(pixel)))
         return LaneSampler(self._sampler, state)
 
-    def camera_rays(self, unit: Unit, sampler: LaneSampler) -> Rays:
+    @stage("generate")
+    def camera_rays(self, unit: Unit, sampler: LaneSampler, camera: Camera) -> Rays:
         """One ray per lane through a point drawn from the pixel filter and, with a lens, a point on it."""
         x, y = self._pixel_coordinates(unit)
         offset = self._filter.sample(sampler.pixel())
         raster = np.stack([np.tile(c, unit.spp) for c in (x, y)]).astype(np.float32)
         raster += np.float32(0.5)
         raster += offset
-        return Rays(*self._camera.rays(raster, sampler.lens() if self._camera.has_lens else None))
+        o, d, tfar = camera.rays(raster, sampler.lens() if camera.has_lens else None)
+        return Rays(o, d, tfar, RayKind.CAMERA)
 
     def _pixel_coordinates(self, unit: Unit) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         x0, y0, x1, _ = self._settings.window
         y, x = np.divmod(unit.pixels.astype(np.int64), x1 - x0)
         return x + x0, y + y0
+
+
+def joined(unit: Unit, parts: list[Part], results: list[UnitResult]) -> UnitResult:
+    """The result of a unit from those of its parts."""
+    shape = unit.spp, len(unit.pixels)
+    radiance = np.empty((3, *shape), np.float32)
+    alpha = None if results[0].alpha is None else np.empty(shape, np.float32)
+    rays: Counter[str] = Counter()
+    caught = None if results[0].caught is None else empty_parts(results[0].caught, radiance.shape[1:])
+    for part, result in zip(parts, results, strict=True):
+        size = part.unit.spp, len(part.unit.pixels)
+        radiance[:, part.rows, part.columns] = result.radiance.reshape(3, *size)
+        if alpha is not None and result.alpha is not None:
+            alpha[part.rows, part.columns] = result.alpha.reshape(size)
+        if caught is not None and result.caught is not None:
+            put(caught, result.caught, part.rows, part.columns, size)
+        rays.update(result.rays)
+    flat = None if alpha is None else alpha.ravel()
+    return UnitResult(
+        unit, radiance.reshape(3, -1), flat, rays, None if caught is None else flattened(caught)
+    )

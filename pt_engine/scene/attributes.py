@@ -80,6 +80,15 @@ def build_layer(
     return Layer(np.concatenate(values), np.concatenate(index), shift.astype(np.int32), has)
 
 
+def appended(table: Layer, last: Layer, rows: NDArray[np.bool_]) -> Layer:
+    """`table` with what `last` says of the instances `rows` (I,); both are of the same instances."""
+    index = np.concatenate([table.index, last.index + np.int32(len(table.values))])
+    shift = np.where(rows, last.shift + np.int32(len(table.index)), table.shift)
+    return Layer(
+        np.concatenate([table.values, last.values]), index, shift, np.where(rows, last.has, table.has)
+    )
+
+
 def normal_layer(snapshot: Snapshot, geometry: Geometry) -> Layer | None:
     """Object-space shading normals, or None where every mesh is flat."""
     pick = {

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import keyed, vectors
+from ..core.clock import stage
 from .moved import tangents
 from .tracing import own_hits
 
@@ -31,15 +32,16 @@ BLURRED = np.float32(
 )  # sr⁻¹: after a bounce of smaller density nobody sees the bevel, so Cycles leaves it out
 
 
-def bevelled(lanes: Lanes, radius: Float32, samples: int, key: int) -> Float32:
-    """(3, n) unit normals, on the viewer's side; `lanes.ns` where nothing is to be bevelled."""
+@stage("", "rays from shading")
+def bevelled(lanes: Lanes, radius: Float32, samples: int, key: int, surface: Float32) -> Float32:
+    """(3, n) unit normals, on the viewer's side; the `surface`'s where nothing is to be bevelled."""
     noise = lanes.noise
     reach = np.broadcast_to(radius, lanes.n).astype(np.float32)
     round_ = reach > 0
     if lanes.sharpness is not None:
         round_ &= lanes.sharpness >= BLURRED
     if noise is None or samples < 1 or not round_.any():
-        return lanes.ns
+        return surface
     shift = keyed.bits(noise, key)
     total = np.zeros((3, lanes.n), np.float32)
     for number in range(samples):
@@ -47,7 +49,7 @@ def bevelled(lanes: Lanes, radius: Float32, samples: int, key: int) -> Float32:
     size = vectors.length(total)
     found = (size > 0).astype(np.float32)
     total *= (found * (1 - 2 * lanes.backfacing)) / (size + (1 - found))
-    return total + (1 - found) * lanes.ns
+    return total + (1 - found) * surface
 
 
 def _gather(lanes: Lanes, u: Float32, radius: Float32, round_: NDArray[np.bool_], total: Float32) -> None:

@@ -10,12 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
+from ..core.clock import stage
 from ..core.raykind import RayKind
 from .accel import FAR
+from .catcher import catch, note_sky
 from .evaluated import evaluated
-from .geometry import NO_EMITTER, SKY
-from .holdout import cut_holes
+from .geometry import SKY
+from .holdout import cut_holes, held
 from .lanes import Surface
+from .reach import lit_by_surfaces, sees_world, ways
 from .sky_lanes import SkyLanes
 from .wave import Found, Intersection, Rays
 
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
 Float32 = NDArray[np.float32]
 
 
+@stage("emission")
 def found_by(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> Iterator[Found]:
     """What the rays have run into: the sky, emissive surfaces, lamps."""
     if scene.world.emits or scene.film_transparent:
@@ -37,21 +41,29 @@ def found_by(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> 
             d = rays.d.take(escaped, axis=1)
             o = rays.o.take(escaped, axis=1) + scene.origin32 if scene.view.kind == "ORTHO" else None
             sky = scene.world.emission(SkyLanes(d, scene.came(path, escaped), scene.view, o))
-            yield Found(escaped, sky, scene.lights.environment_pdf(d, path.places(escaped)), "sky")
+            if scene.reach.hidden:
+                sky = sky * sees_world(scene, path, escaped)
+            reached = Found(escaped, sky, scene.lights.environment_pdf(d, path.places(escaped)), "sky")
+            if scene.caught is not None:
+                note_sky(scene.caught, reached, path)
+            yield reached
     if scene.lights.description.meets_lamps or scene.lights.description.camera_meets_lamps:
         yield from _lamp_emission(scene, rays, found, path)
     if scene.holds_out:  # after the lamps before a holdout, ahead of what it covers
         cut_holes(scene, rays, found, path)
-    round_ = scene.geometry.rounds is not None  # what is round may shine, and is no emitter to sample
-    if scene.lights.description.has_triangles or round_:
+    if scene.caught is not None:
+        catch(scene, scene.caught, rays, found, path)
+    if scene.finds_surfaces:
         lit = np.flatnonzero(scene.surface_emits.take(found.surface))
+        if scene.held is not None:
+            lit = lit[~held(scene.held, path.clear.take(lit), scene.geometry.instance_of(found.hits, lit))]
         if len(lit):
             yield _surface_emission(scene, lit, scene.surface(rays, found, lit), path)
 
 
 def _leave_film_clear(scene: Scene, escaped: NDArray[np.intp], path: PathState) -> NDArray[np.intp]:
     """Camera rays that reach the sky take their share off the film's coverage and bring no light."""
-    seen = (path.kind.take(escaped) & RayKind.CAMERA) != 0
+    seen = path.clear.take(escaped) != 0
     clear = escaped[seen]
     if scene.alpha is not None:
         scene.alpha[path.slot.take(clear)] -= vectors.mean3(path.beta.take(clear, axis=1))
@@ -61,14 +73,13 @@ def _leave_film_clear(scene: Scene, escaped: NDArray[np.intp], path: PathState) 
 
 def _surface_emission(scene: Scene, lit: NDArray[np.intp], hit: Surface, path: PathState) -> Found:
     distance = hit.t + path.travelled.take(lit) if scene.transparent_surfaces else hit.t
-    emitter, sampled = hit.emitter, None
-    if scene.geometry.rounds is not None:
-        sampled = emitter != NO_EMITTER
-        emitter = np.maximum(emitter, 0)
-    pdf = scene.lights.pdf_triangle(emitter, distance, np.abs(hit.facing), path.places(lit))
-    if sampled is not None:
-        pdf *= sampled
-    return Found(lit, _radiance(scene, hit, path, lit), pdf, "surface")
+    pdf = scene.lights.pdf_triangle(hit.emitter, distance, np.abs(hit.facing), path.places(lit))
+    if scene.unsampled_surfaces:
+        pdf *= hit.emitter >= 0
+    radiance = _radiance(scene, hit, path, lit)
+    if scene.reach.group is not None:
+        radiance *= lit_by_surfaces(scene, hit, path, lit)
+    return Found(lit, radiance, pdf, "surface")
 
 
 def _radiance(scene: Scene, hit: Surface, path: PathState, lanes: NDArray[np.intp]) -> Float32:
@@ -83,17 +94,19 @@ def _radiance(scene: Scene, hit: Surface, path: PathState, lanes: NDArray[np.int
     return radiance
 
 
+@stage("emission", "lamps met by rays")
 def _lamp_emission(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> Iterator[Found]:
     """Lamps of any size that lie on the ray before its hit; they don't hide what is behind them."""
     t = np.where(found.surface == SKY, FAR, found.hits.t)
     t[rays.tfar < 0] = -1
     seen = (path.kind & RayKind.CAMERA) != 0
+    came = ways(scene, path, slice(None))
     if not scene.transparent_surfaces:
         camera: bool | NDArray[np.bool_] = bool(seen[:1].any())  # all lanes are of one generation
-        met = scene.lights.intersect(rays.o, rays.d, t, camera, path.places(slice(None)))
+        met = scene.lights.intersect(rays.o, rays.d, t, camera, path.places(slice(None)), came)
         yield from starmap(Found, met)
         return
     # densities count from the last real bounce, but only what lies beyond the surfaces passed is new
     back = path.travelled
     o = rays.o - back * rays.d
-    yield from starmap(Found, scene.lights.intersect(o, rays.d, t + back, seen, path.place))
+    yield from starmap(Found, scene.lights.intersect(o, rays.d, t + back, seen, path.place, came))

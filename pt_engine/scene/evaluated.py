@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.clock import stage
 from .arrivals import Arrivals
 from .lanes import Lanes, Surface
 
@@ -17,6 +18,7 @@ Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
 
 
+@stage("", "emission that varies")
 def evaluated(scene: Scene, hit: Surface, came: Arrivals, material: Int32, what: str = "emission") -> Float32:
     """(3, K) what the materials' programs give for `emission` or `holdout`."""
     radiance = np.zeros((3, hit.size), np.float32)

@@ -18,6 +18,7 @@ def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[s
     batches = scene.used_batches
     needs = {need.split(":")[0] for b in batches for need in b.needs}
     rows = {
+        "motion blur": (snapshot.motion is not None, "nothing moves while the shutter is open"),
         "depth of field": (camera.aperture_radius > 0, "the camera has no aperture"),
         "environment": (scene.world.emits, "the world is black"),
         "environment sampling": (
@@ -41,7 +42,11 @@ def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[s
         "shading normals": (bool(geometry.surface_smooth.any()), "every face is flat"),
         "transparent surfaces": (scene.transparent_surfaces, "no visible material is transparent"),
         "transparent film": (film_transparent, "the sky is part of the image"),
-        "holdouts": (scene.holds_out, "no visible material is one"),
+        "holdouts": (scene.holds_out, "no visible material or object is one"),
+        "shadow catchers": (scene.has_catchers, "no object is one"),
+        "light linking": (scene.reach.linking is not None, "every light reaches all objects"),
+        "shadow linking": (scene.reach.apart is not None, "every object shades all lights"),
+        "ray visibility": (scene.seen_apart, "every object is seen by all rays"),
         "ray portals": (scene.has_portals, "no visible material is one"),
         "ideal specular": (any(b.delta_only for b in batches), "no material is made of Dirac lobes alone"),
         "several closures": (

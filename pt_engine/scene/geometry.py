@@ -15,9 +15,11 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from .accel import Hits
 from .snapshot import Instances, MeshData, Snapshot
 
 if TYPE_CHECKING:
+    from .instancing import Shared, Sharing
     from .rounds import Rounds
 
 Float32 = NDArray[np.float32]
@@ -57,9 +59,11 @@ class Geometry:
     dropped : int
         Triangles with vertices that are not finite, or beyond 10¹⁸, made unhittable.
     first_triangle : (I + 1,) int64
-        Where each instance's triangles begin.
+        Where each instance's triangles begin; several that share them have the same place.
+    shared : Shared or None
+        Where some records are in object space, since several instances share them.
     rounds : Rounds or None
-        What the last triangles are only the hulls of: curves and points.
+        What some triangles are only the hulls of: curves and points.
     """
 
     origin: Float64
@@ -72,14 +76,23 @@ class Geometry:
     surface_smooth: NDArray[np.bool_]
     first_triangle: NDArray[np.int64]
     dropped: int
+    shared: Shared | None = None
     rounds: Rounds | None = None
 
     def __post_init__(self) -> None:
         few = len(self.records) <= FEW
         self._columns = np.ascontiguousarray(self.records[:, : BOUND + 1].T) if few else None
 
-    def planes(self, prim: Int32) -> Float32:
-        """(5 or more, N) normal, plane and bound of some triangles; row-strided where there are many."""
+    def planes(self, prim: Int32, instance: Int32 | None = None) -> Float32:
+        """(5 or more, N) normal, plane and bound of some triangles; row-strided where there are many.
+
+        `instance` says for shared records which of the instances is meant; it is −1 for the others.
+        """
+        if self.shared is not None and instance is not None:
+            record = self.records.take(prim, axis=0, mode="wrap")[:, : BOUND + 1].T.copy()
+            lanes = np.flatnonzero(instance >= 0)
+            record[:, lanes] = self.shared.planes(record.take(lanes, axis=1), instance.take(lanes))
+            return record
         if self._columns is not None:
             return self._columns.take(prim, axis=1, mode="wrap")
         return self.records.take(prim, axis=0, mode="wrap").T
@@ -88,6 +101,14 @@ class Geometry:
         """(N,) one of the records' integers."""
         row = self.records.take(prim, axis=0, mode="wrap")
         return np.ascontiguousarray(row[:, column]).view(np.int32)
+
+    def instance_of(self, hits: Hits, lanes: NDArray[np.intp]) -> Int32:
+        """(K,) which placed mesh some rays have hit."""
+        own = self.integer(INSTANCE, hits.prim.take(lanes))
+        if hits.instance is None:
+            return own
+        shared = hits.instance.take(lanes)
+        return np.where(shared < 0, own, shared)
 
     def set_emitters(self, prim: NDArray[np.int64]) -> None:
         """Give the triangles `prim` the emitter numbers 0, 1, …"""
@@ -100,7 +121,7 @@ class Geometry:
 
 
 class Placed(NamedTuple):
-    """All instances' triangles in one recentred world, for Embree's build.
+    """All triangles that are not shared, in one recentred world, for Embree's build.
 
     Attributes
     ----------
@@ -109,6 +130,8 @@ class Placed(NamedTuple):
     vertices : (V, 3) float32
     triangles : (T, 3) int32
     first_triangle : (I + 1,) int64
+    first_record : (I,) int64
+        Where each instance's records are to begin; shared ones come after the others.
     dropped : int
     """
 
@@ -117,43 +140,63 @@ class Placed(NamedTuple):
     vertices: Float32
     triangles: Int32
     first_triangle: NDArray[np.int64]
+    first_record: NDArray[np.int64]
     dropped: int
 
 
-def place(snapshot: Snapshot) -> Placed:
-    """Transform every instance's vertices in float64, relative to the scene's centre."""
+def place(
+    snapshot: Snapshot, sharing: Sharing | None = None, frame: tuple[Float64, float] | None = None
+) -> Placed:
+    """Transform the vertices of instances that share nothing in float64, relative to the scene's centre.
+
+    `frame` is the centre and radius to use in place of the instances' own.
+    """
     meshes, instances = snapshot.meshes, snapshot.instances
-    origin, radius = bounds(meshes, instances)
-    vertex_counts = np.array([len(meshes[m].vertices) for m in instances.mesh], np.int64)
-    triangle_counts = np.array([len(meshes[m].triangles) for m in instances.mesh], np.int64)
-    first_vertex = np.concatenate([[0], np.cumsum(vertex_counts)])
-    first_triangle = np.concatenate([[0], np.cumsum(triangle_counts)])
+    origin, radius = frame or bounds(meshes, instances)
+    once = np.ones(len(instances.mesh), np.bool_) if sharing is None else sharing.prototype < 0
+    vertex_counts = np.array([len(meshes[m].vertices) for m in instances.mesh], np.int64) * once
+    triangle_counts = np.array([len(meshes[m].triangles) for m in instances.mesh], np.int64) * once
+    first_vertex: NDArray[np.int64] = np.append(0, np.cumsum(vertex_counts))
+    first_triangle: NDArray[np.int64] = np.append(0, np.cumsum(triangle_counts))
     if max(first_triangle[-1], first_vertex[-1]) > 2**31 - 2:
         raise MemoryError(f"{first_triangle[-1]:,} triangles are more than one scene can hold (2^31)")
     vertices = np.empty((first_vertex[-1], 3), np.float32)
     triangles = np.empty((first_triangle[-1], 3), np.int32)
     dropped = 0
-    for k, m in enumerate(instances.mesh):
-        mesh, span = meshes[m], slice(first_triangle[k], first_triangle[k + 1])
+    for k in np.flatnonzero(once).tolist():
+        mesh, span = meshes[instances.mesh[k]], slice(first_triangle[k], first_triangle[k + 1])
         matrix = instances.matrix[k].copy()
         matrix[:3, 3] -= origin
         vertices[first_vertex[k] : first_vertex[k + 1]] = transformed(mesh.vertices, matrix)
         np.add(mesh.triangles, np.int32(first_vertex[k]), out=triangles[span])
         dropped += drop_invalid(vertices, triangles[span], first_vertex[k], first_vertex[k + 1])
-    return Placed(origin, radius, vertices, triangles, first_triangle, dropped)
+    first_record = first_triangle[:-1].copy()
+    if sharing is not None:
+        sizes = [len(meshes[m].triangles) for m in instances.mesh[sharing.sample]]
+        starts = first_triangle[-1] + np.cumsum([0, *sizes])
+        first_record[~once] = starts[sharing.prototype[~once]]
+    return Placed(origin, radius, vertices, triangles, first_triangle, first_record, dropped)
 
 
-def pack(snapshot: Snapshot, placed: Placed) -> Geometry:
-    """The records of placed triangles; made after Embree's build, whose own needs then have the memory."""
+def pack(snapshot: Snapshot, placed: Placed, sharing: Sharing | None = None) -> Geometry:
+    """The records; made after Embree's build, whose own needs then have the memory."""
     meshes, instances, first = snapshot.meshes, snapshot.instances, placed.first_triangle
-    records = np.zeros((first[-1] + 1, 8), np.float32)
+    sample = np.zeros(0, np.int32) if sharing is None else sharing.sample
+    shared = sum(len(meshes[m].triangles) for m in instances.mesh[sample])
+    records = np.zeros((first[-1] + shared + 1, 8), np.float32)
     integers = records.view(np.int32)
     surfaces, numbers = SurfaceTable(), []
-    for k, m in enumerate(instances.mesh):
+    every = np.arange(len(instances.mesh))
+    for k in every if sharing is None else every[sharing.prototype < 0]:
         span = slice(first[k], first[k + 1])
         pack_planes(placed.vertices, placed.triangles[span], records[span], mirrors(instances.matrix[k]))
-        numbers.append(surfaces.numbers(meshes[m], instances.materials[k]))
+        numbers.append(surfaces.numbers(meshes[instances.mesh[k]], instances.materials[k]))
         integers[span, INSTANCE] = k
+    for k in sample:
+        mesh, start = meshes[instances.mesh[k]], placed.first_record[k]
+        own = records[start : start + len(mesh.triangles)]
+        pack_planes(mesh.vertices, mesh.triangles, own, flip=False)
+        numbers.append(surfaces.numbers(mesh, instances.materials[k]))
     integers[:, EMITTER] = NO_EMITTER
     numbers.append(np.array([SKY], np.uint8))
     return Geometry(
@@ -165,7 +208,7 @@ def pack(snapshot: Snapshot, placed: Placed) -> Geometry:
         np.concatenate(numbers, dtype=np.min_scalar_type(len(surfaces.material)), casting="unsafe"),
         np.array(surfaces.material, np.int32),
         np.array(surfaces.smooth, bool),
-        first,
+        np.append(placed.first_record, first[-1]),
         placed.dropped,
     )
 
@@ -210,21 +253,25 @@ class HasVertices(Protocol):
 
 def bounds(meshes: Sequence[HasVertices], instances: Instances) -> tuple[Float64, float]:
     """Centre of the instances' bounding box, and the radius around it (float64, usable vertices only)."""
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    boxes = [_box(mesh.vertices) for mesh in meshes]
-    for k, m in enumerate(instances.mesh):
-        box = boxes[m]
-        if box is None:
-            continue
-        corners = np.array([[box[i >> a & 1][a] for a in range(3)] for i in range(8)])
-        with np.errstate(invalid="ignore", over="ignore"):
-            world = corners @ instances.matrix[k][:3, :3].T + instances.matrix[k][:3, 3]
-        if near(world).all():
-            low, high = np.minimum(low, world.min(axis=0)), np.maximum(high, world.max(axis=0))
-    if not np.isfinite(low).all():
+    low, high = world_boxes(meshes, instances)
+    usable = near(low) & near(high)
+    if not usable.any():
         return np.zeros(3), 1.0
-    centre = (low + high) / 2
-    return centre, max(float(np.linalg.norm(high - centre)), 1e-30)
+    lowest, highest = low[usable].min(axis=0), high[usable].max(axis=0)
+    centre = (lowest + highest) / 2
+    return centre, max(float(np.linalg.norm(highest - centre)), 1e-30)
+
+
+def world_boxes(meshes: Sequence[HasVertices], instances: Instances) -> tuple[Float64, Float64]:
+    """Corners low and high (I, 3) of boxes around the instances; NaN where a mesh has no usable vertex."""
+    nothing = np.full((2, 3), np.nan)
+    box = np.array([nothing if b is None else b for b in map(_box, (m.vertices for m in meshes))])
+    corner = np.array([[i >> a & 1 for a in range(3)] for i in range(8)])
+    corners = box.reshape(-1, 2, 3)[:, corner, [0, 1, 2]][instances.mesh]
+    with np.errstate(invalid="ignore", over="ignore"):
+        world = np.einsum("kij,knj->kni", instances.matrix[:, :3, :3], corners)
+        world += instances.matrix[:, None, :3, 3]
+    return world.min(axis=1), world.max(axis=1)
 
 
 def _box(vertices: Float32) -> tuple[Float64, Float64] | None:

@@ -16,7 +16,7 @@ points, of surfaces), by Cauchy: 21 % for four sides around a circle, 40 % for t
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,13 +24,15 @@ from numpy.typing import NDArray
 
 from ..core import frames
 from .geometry import bounds, chunks
-from .snapshot import CurvesData, Instances, MeshData, PointsData, Snapshot
+from .movement import reordered
+from .snapshot import CurvesData, InstanceMotion, MeshData, Motion, PointsData, Snapshot
 from .strands import Samples, sampled, tangents
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
 Int32 = NDArray[np.int32]
 
+STILL = "motion blur of curves and points"
 SIDES = 4
 SLACK = 1.002  # a hull is larger than what it holds, by more than rounding
 ROUNDING = 2.0**-20  # of the largest coordinate
@@ -42,26 +44,32 @@ AS_IT_IS = np.array([[0.5, 0.5, 0.5], [0.5, 0.5, 0.5]], np.float32)  # the textu
 
 
 def rounds_last(snapshot: Snapshot) -> Snapshot:
-    """The snapshot with the instances of curves and points after all others; itself where it has none."""
-    rows = snapshot.instances
-    is_round = rows.mesh >= len(snapshot.meshes)
+    """The snapshot with the instances of curves and points after all others; itself where it has none.
+
+    They stand still: what moves is built for each moment (`slices`), pieces of curves only once.
+    """
+    is_round = snapshot.instances.mesh >= len(snapshot.meshes)
     if not is_round.any():
         return snapshot
-    order = np.argsort(is_round, kind="stable")
-    return replace(snapshot, instances=reordered(rows, order))
+    return reordered(standing_still(snapshot, is_round), np.argsort(is_round, kind="stable"))
 
 
-def reordered(rows: Instances, order: NDArray[np.intp]) -> Instances:
-    """The same instances in another order."""
-
-    def taken(value: object) -> object:
-        if isinstance(value, np.ndarray):
-            return value[order]
-        if isinstance(value, dict):
-            return {name: taken(one) for name, one in value.items()}
-        return tuple(value[k] for k in order) if isinstance(value, tuple) else value
-
-    return Instances(**{f.name: taken(getattr(rows, f.name)) for f in fields(rows)})  # type: ignore[arg-type]
+def standing_still(snapshot: Snapshot, still: NDArray[np.bool_]) -> Snapshot:
+    """The snapshot without the motion of the instances `still` (I,), which are listed."""
+    motion, names = snapshot.motion, snapshot.instances.names
+    if motion is None:
+        return snapshot
+    stopped = [k for rows in motion.instances for k in rows.instance[still[rows.instance]]]
+    kept = [(rows, ~still[rows.instance]) for rows in motion.instances]
+    moved = tuple(InstanceMotion(rows.instance[on], rows.matrix[on]) for rows, on in kept if on.any())
+    left = Motion(motion.shutter, moved, motion.meshes, motion.cameras)
+    effect = "sharp, where it is in the middle of the shutter's time"
+    entries = dict.fromkeys((f"Object {names[k]}", STILL, effect) for k in stopped)
+    return replace(
+        snapshot,
+        motion=left if moved or left.meshes or left.cameras else None,
+        unsupported=(*snapshot.unsupported, *entries),
+    )
 
 
 def radius_scale(matrix: Float64) -> float:

@@ -21,6 +21,8 @@ from .arrivals import Arrival
 from .bevel import bevelled
 from .geometry import BOUND, EMITTER, INSTANCE, NORMAL, PLANE, Geometry
 from .moved import moved, steps
+from .raised_normal import raised_normal
+from .raycast import Met, raycast
 from .rest import at_rest, rest_steps
 from .round_lanes import OnRounds, along_hair, generated_on_rounds, on_rounds
 from .tracing import open_share
@@ -57,7 +59,8 @@ class Surface:
         self._geometry, self._hits, self._lanes = geometry, hits, lanes
         self.size = len(lanes)
         self.prim = hits.prim.take(lanes)
-        record = geometry.planes(self.prim)
+        self._instance = None if hits.instance is None else hits.instance.take(lanes)
+        record = geometry.planes(self.prim, self._instance)
         self.wi = -d
         self.ng = np.array(record[NORMAL])
         self.bound = record[BOUND]
@@ -78,6 +81,7 @@ class Surface:
         part._lanes, part.prim = self._lanes[span], self.prim[span]
         part.p, part.ng, part.wi = self.p[:, span], self.ng[:, span], self.wi[:, span]
         part.bound, part.facing = self.bound[span], self.facing[span]
+        part._instance = None if self._instance is None else self._instance[span]
         part.size = len(part.prim)
         return part
 
@@ -87,6 +91,7 @@ class Surface:
         part._lanes, part.prim = self._lanes.take(index), self.prim.take(index)
         part.p, part.ng, part.wi = (a.take(index, axis=1) for a in (self.p, self.ng, self.wi))
         part.bound, part.facing = self.bound.take(index), self.facing.take(index)
+        part._instance = None if self._instance is None else self._instance.take(index)
         part.size = len(index)
         return part
 
@@ -125,7 +130,8 @@ class Surface:
     @property
     def instance(self) -> Int32:
         """(N,) which placed mesh."""
-        return self._geometry.integer(INSTANCE, self.prim)
+        own = self._geometry.integer(INSTANCE, self.prim)
+        return own if self._instance is None else np.where(self._instance < 0, own, self._instance)
 
     @property
     def emitter(self) -> Int32:
@@ -158,6 +164,12 @@ class Lanes:
         self.scene, self.si, self.smooth, self._path = scene, si, smooth, path
         self.n = si.size
         self.p, self.wi, self.ng = si.p, si.wi, si.ng
+
+    @property
+    def batch(self) -> int:
+        """Number of the lanes' batch of materials."""
+        material = self.scene.geometry.surface_material[self.si.surface[0]]
+        return int(self.scene.materials.batch_of[material])
 
     @property
     def view(self) -> View:
@@ -207,9 +219,15 @@ class Lanes:
         """(n,) see `tracing.open_share`."""
         return open_share(self, normal, distance, samples, local, key)
 
-    def bevelled(self, radius: Float32, samples: int, key: int) -> Float32:
+    def bevelled(self, radius: Float32, samples: int, key: int, surface: Float32) -> Float32:
         """(3, n) see `bevel.bevelled`."""
-        return bevelled(self, radius, samples, key)
+        return bevelled(self, radius, samples, key, surface)
+
+    def raycast(
+        self, position: Float32, direction: Float32, reach: Float32, local: bool, names: tuple[str, ...]
+    ) -> Met | None:
+        """See `raycast.raycast`."""
+        return raycast(self, position, direction, reach, local, names)
 
     @cached_property
     def footprint(self) -> Float32:
@@ -241,6 +259,14 @@ class Lanes:
         if len(lost):
             n[:, lost] = self.ng.take(lost, axis=1)
         return n
+
+    def raised(self, normal: Float32 | None) -> Float32:
+        """(3, n) a normal (None: `ns`) as glossy closures use it: see `raised_normal`."""
+        return self._raised_ns if normal is None else raised_normal(self.ng, self.wi, normal)
+
+    @cached_property
+    def _raised_ns(self) -> Float32:
+        return raised_normal(self.ng, self.wi, self.ns)
 
     def object_normal(self) -> Float32:
         """(3, n) interpolated shading normal in object space (unnormalised); needs `smooth`."""

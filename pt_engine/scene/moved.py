@@ -61,6 +61,7 @@ def moved(lanes: Lanes, step: Float32) -> Lanes:
     there.p = si.p + step
     there.moved_uv = (si.u + du, si.v + dv)
     out = copy.copy(lanes)
-    out.__dict__.pop("ns", None)
+    for name in ("ns", "_raised_ns"):
+        out.__dict__.pop(name, None)
     out.si, out.p = there, there.p
     return out

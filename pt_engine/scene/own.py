@@ -6,6 +6,7 @@ its plane (a box on a floor). So each object whose material asks has a small tre
 
 from __future__ import annotations
 
+import copy
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from .accel import MISS, Accel, Hits
 from .geometry import Placed
+from .rounds import rounds_among
 from .snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -41,6 +43,13 @@ class OwnObjects:
                 low, high = int(np.min(triangles)), int(np.max(triangles)) + 1
                 self._trees[k] = Accel(placed.vertices[low:high].copy(), triangles - np.int32(low))
 
+    def with_last(self, placed: Placed, instances: list[int]) -> OwnObjects:
+        """The same with other trees for some of the last instances, which are all that `placed` has."""
+        joined, moved = copy.copy(self), OwnObjects(placed, instances)
+        shift = len(self._first) - len(placed.first_triangle)
+        joined._trees = self._trees | {k + shift: tree for k, tree in moved._trees.items()}
+        return joined
+
     def intersect(self, instance: Int32, o: Float32, d: Float32, tfar: Float32) -> Hits:
         """Closest hits of rays (3, N), each with its `instance` (N,) alone; see `Accel.intersect`."""
         t, u, v = (np.zeros(len(tfar), np.float32) for _ in range(3))
@@ -61,6 +70,6 @@ def looking_at_themselves(snapshot: Snapshot, materials: Materials) -> list[int]
     asks = [m for m, b in enumerate(materials.batch_of) if "own" in materials.batches[b].needs]
     if not asks:
         return []
-    rows, meshes = snapshot.instances, len(snapshot.meshes) - len(snapshot.curves) - len(snapshot.points)
-    asking = np.isin(rows.materials, asks).any(axis=1) & (rows.mesh < meshes)  # hulls are no surfaces
+    asking = np.isin(snapshot.instances.materials, asks).any(axis=1)
+    asking[rounds_among(snapshot)] = False  # hulls are no surfaces
     return [int(k) for k in np.flatnonzero(asking)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,10 @@ from ..cameras import make_camera
 from ..core.view import View
 from ..emitters.lights import Lights
 from ..emitters.many import Surfaces
+from ..emitters.restricted import SCATTERED
 from ..emitters.triangle import TriangleEmitters
 from ..nodes.compile import Materials, compile_materials
-from ..nodes.coverage import IGNORED, Coverage
+from ..nodes.coverage import APPROXIMATE, IGNORED, Coverage
 from ..nodes.world import compile_light, compile_world
 from ..textures.images import TextureStore
 from .accel import Accel
@@ -28,23 +30,32 @@ from .attributes import (
     tangent_layer,
     uv_layer,
 )
+from .catcher import catchers_of, with_catchers_alone
 from .displace import displaced
-from .features import features
-from .geometry import BOUND, Geometry, pack, place
+from .features import ON, features
+from .geometry import BOUND, INSTANCE, Geometry
 from .hulls import hulls, rounds_last
 from .lamp_shader import LampShader
+from .memory import fitted, need, snapshot_bytes
+from .movement import moving_last
 from .own import OwnObjects, looking_at_themselves
-from .round_accel import RoundAccel
+from .placing import build, may_share
+from .reach import reach_of
+from .round_accel import through_hulls
 from .round_lanes import strand_layer
-from .rounds import rounds_of
+from .rounds import rounds_among, rounds_of
 from .scene import Scene
+from .sighted import standing_out
+from .slices import Slices
 from .snapshot import CameraData, Snapshot, Visibility
 from .world_light import environment
 
 Int32 = NDArray[np.int32]
 
 
-def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: int = 0) -> Scene:
+def prepare(
+    snapshot: Snapshot, film_transparent: bool = False, texture_memory: int = 0, memory: int | None = None
+) -> Scene:
     """Compile a snapshot into what integrators render.
 
     Parameters
@@ -53,83 +64,112 @@ def prepare(snapshot: Snapshot, film_transparent: bool = False, texture_memory: 
     film_transparent : bool
     texture_memory : int
         Bytes that the texels of all images together may take; 0 for no limit.
+    memory : int, optional
+        Bytes that there are for the scene: instances that would not fit are not placed, which is slower.
 
     Raises
     ------
+    TooLarge
+        It does not fit however it is placed.
     MemoryError
-        More than 2³¹ triangles.
+        More than 2³¹ triangles with records of their own.
     """
     started = time.perf_counter()
     textures = TextureStore(snapshot.images, snapshot.ocio_config, texture_memory)
     materials = compile_materials(snapshot.materials, textures=textures)
     world = compile_world(snapshot.world, textures=textures)
-    rest = snapshot = rounds_last(snapshot)
-    snapshot = displaced(snapshot, materials, shading_layers)
+    rest = moving_last(rounds_last(snapshot))
+    snapshot = displaced(rest, materials, shading_layers)
     if snapshot.curves or snapshot.points:
         wrapped, samples = hulls(snapshot)
         rest, snapshot = (replace(s, meshes=s.meshes + wrapped) for s in (rest, snapshot))
+    motion = snapshot.motion
+    slices = Slices(motion, snapshot, rest, materials, shading_layers) if motion is not None else None
     view = view_of(snapshot.camera)
-    placed = place(snapshot)
-    accel = Accel(placed.vertices, placed.triangles)
     selves = looking_at_themselves(snapshot, materials)
+    in_slices = 0 if slices is None else slices.bytes
+    room = None if memory is None else memory - textures.statistics()["bytes"] - in_slices
+    apart = [*selves, *apart_from_others(snapshot), *([] if slices is None else slices.moving)]
+    apart += rounds_among(snapshot).tolist()
+    sharing = fitted(snapshot, may_share(snapshot, materials, apart), materials.needs, room)
+    placed, accel, geometry = build(snapshot, sharing, slices)
     own = OwnObjects(placed, selves) if selves else None
-    geometry = pack(snapshot, placed)
     if snapshot.curves or snapshot.points:
         geometry.rounds = rounds_of(snapshot, geometry, samples)
-    prim, triangles = emissive_triangles(geometry, materials)
+    prim, triangles = emissive_triangles(geometry, materials, snapshot)
+    reached = reach_of(snapshot)
     lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
-    lights = Lights(
+    make_lights = partial(
+        Lights,
         snapshot.lights,
         np.array([program.constant for program in lamp_programs], np.float64).reshape(-1, 3),
         geometry.origin,
-        triangles,
-        environment(world, view),
-        geometry.radius,
-        [
+        environment=environment(world, view),
+        scene_radius=geometry.radius,
+        shaders=[
             LampShader(program.batch, lamp, geometry.origin, geometry.radius, view) if program.batch else None
             for program, lamp in zip(lamp_programs, snapshot.lights, strict=True)
         ],
         surfaces=to_light(geometry, materials),
+        shown=reached.shown(),
     )
+    lights = make_lights(triangles=triangles)
     geometry.release()
     layers = shading_layers(snapshot, geometry, materials.needs)
     if geometry.rounds is not None and "strand" in materials.needs:
         layers["strand", ""] = strand_layer(snapshot, geometry, samples)
     if "rest" in materials.needs:
         layers |= rest_layers(rest, geometry)
-    queries = accel if geometry.rounds is None else RoundAccel(accel, geometry, geometry.rounds)
-    scene = Scene(geometry, queries, snapshot.instances, layers, materials, world, lights, film_transparent)
+    queries = through_hulls(accel, geometry)
+    parts = geometry, queries, snapshot.instances, layers, materials, world, lights
+    scene = Scene(*parts, film_transparent, reached)
     textures.release()
     scene.textures = textures
     scene.emissive_prim, scene.own = prim, own
+    scene.unsampled_surfaces = bool(scene.surface_emits[geometry.surface].sum() > len(prim))
     scene.material_names = tuple(graph.name for graph in snapshot.materials)
     scene.camera, scene.view = make_camera(snapshot.camera, geometry.origin), view
     scene.exposure = snapshot.exposure
+    if film_transparent and snapshot.clear_glass >= 0:
+        scene.show_through(snapshot.clear_glass)
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
-    scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
+    if scene.has_catchers:
+        scene.alone = with_catchers_alone(scene, placed)
     scene.features = features(snapshot, scene, film_transparent)
+    scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
+    scene.bytes = snapshot_bytes(snapshot) + need(snapshot, sharing, materials.needs).kept
+    scene.bytes += textures.statistics()["bytes"] + in_slices
+    if slices is not None:
+        scene.slices = slices
+        slices.start(scene, make_lights, triangles)
     scene.build_seconds = time.perf_counter() - started
     return scene
 
 
 def finish(scene: Scene) -> None:
-    """Make now what else the first render would make, and count its time as the build's."""
-    started = time.perf_counter()
+    """Make now what else the first samples would make."""
     if scene.lights.by_place is not None:
         scene.lights.by_place.make_ready()
-    scene.build_seconds += time.perf_counter() - started
 
 
-def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32, TriangleEmitters | None]:
-    """The triangles whose material emits: their numbers (also put in their records), and their table."""
+def emissive_triangles(
+    geometry: Geometry, materials: Materials, snapshot: Snapshot
+) -> tuple[Int32, TriangleEmitters | None]:
+    """The triangles to sample light from: their numbers (also put in their records), and their table.
+
+    Left out are those whose material asks for it, and objects that no scattered ray sees.
+    """
     none = np.zeros(0, np.int32), None
-    emits = materials.emission_varies | (materials.emission_constant != 0).any(axis=1)
+    emits = materials.emits & np.array([graph.sampled for graph in snapshot.materials], np.bool_)
     surface_emits = (geometry.surface_material >= 0) & emits[geometry.surface_material]  # never the sky's
     if not surface_emits.any():
         return none
     prim = np.flatnonzero(surface_emits[geometry.surface])
     if geometry.rounds is not None:  # hulls do not shine; what is in them is found by scattered rays alone
-        prim = prim[prim < geometry.rounds.first]
+        prim = prim[~geometry.rounds.held(prim)]
+    instance = geometry.integer(INSTANCE, prim.astype(np.int32))
+    seen = np.flatnonzero(snapshot.instances.visibility[instance] & SCATTERED)
+    prim, instance = prim[seen], instance[seen]
     if len(prim) == 0:
         return none
     geometry.set_emitters(prim)
@@ -139,8 +179,23 @@ def emissive_triangles(geometry: Geometry, materials: Materials) -> tuple[Int32,
         radiance=materials.emission_constant[material],
         varies=materials.emission_varies[material],
         error=geometry.records[prim, BOUND].copy(),
+        whose=whose(snapshot, instance),
     )
     return prim.astype(np.int32), emitters
+
+
+def apart_from_others(snapshot: Snapshot) -> list[int]:
+    """The instances that some rays do not see, and shadow catchers: they have trees of their own."""
+    return np.flatnonzero(standing_out(snapshot) | catchers_of(snapshot.instances)).tolist()
+
+
+def whose(snapshot: Snapshot, instance: Int32) -> Int32 | None:
+    """(T,) `TriangleEmitters.whose` of triangles of each `instance`."""
+    links = snapshot.linking
+    bits = snapshot.instances.visibility.astype(np.int32)
+    if links is not None:
+        bits += links.emitter << 8
+    return bits[instance] if (bits != Visibility.ALL).any() else None
 
 
 def view_of(camera: CameraData) -> View:
@@ -163,8 +218,8 @@ def shading_layers(
     normals = normal_layer(snapshot, geometry)
     if normals is not None:
         layers["normal", ""] = normals
-    for need in needs:
-        kind, _, name = need.partition(":")
+    for wanted in needs:
+        kind, _, name = wanted.partition(":")
         if kind == "uv":
             layers["uv", name] = uv_layer(snapshot, geometry, name)
         elif kind == "tangent":
@@ -187,16 +242,26 @@ def rest_layers(snapshot: Snapshot, geometry: Geometry) -> dict[tuple[str, str],
     return layers if normals is None else {**layers, ("rest_normal", ""): normals}
 
 
+def linked_mirrors(snapshot: Snapshot, scene: Scene) -> list[Coverage]:
+    """Lights in which some objects cast no shadow, where ideal mirrors or glass may show them."""
+    apart = scene.reach.apart
+    if apart is None or scene.features["ideal specular"] != ON:
+        return []
+    names = [lamp.name for lamp in snapshot.lights if apart[lamp.group]]
+    if snapshot.linking is not None:
+        rows = np.flatnonzero(apart[snapshot.linking.emitter])
+        names += [snapshot.instances.names[k] for k in rows]
+    effect = "in ideal mirrors and glass it is hidden also by what casts no shadow in its light"
+    return [Coverage(f"Light {name}", "shadow linking", APPROXIMATE, effect) for name in dict.fromkeys(names)]
+
+
 def coverage(snapshot: Snapshot, scene: Scene, lamps: list[Coverage]) -> list[Coverage]:
     """How each part of the file is rendered: materials in use, world, lamps, export, geometry."""
     used = {snapshot.materials[m].name for m in scene.used_materials}
     entries = [entry for entry in scene.materials.coverage if entry.material in used]
     entries += [*scene.world.coverage, *lamps]
     entries += [Coverage(where, what, IGNORED, effect) for where, what, effect in snapshot.unsupported]
-    instances = snapshot.instances
-    hidden = dict.fromkeys(instances.names[k] for k in np.flatnonzero(instances.visibility != Visibility.ALL))
-    effect = "seen by all rays, also by those it is hidden from"
-    entries += [Coverage(f"Object {name}", "ray visibility", IGNORED, effect) for name in hidden]
+    entries += linked_mirrors(snapshot, scene)
     if scene.geometry.dropped:
         effect = f"{scene.geometry.dropped} triangles with non-finite vertices are left out"
         entries.append(Coverage("(geometry)", "vertices", IGNORED, effect))

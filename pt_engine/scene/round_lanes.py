@@ -13,7 +13,7 @@ from .attributes import Layer, build_layer
 from .geometry import Geometry
 from .hulls import FACES
 from .round_hits import KIND, P0, R0, RIBBON, SPHERE
-from .rounds import along
+from .rounds import along, triangle_meshes
 from .snapshot import CurvesData, Snapshot
 from .strands import Samples
 
@@ -69,7 +69,7 @@ def on_rounds(lanes: Lanes) -> OnRounds | None:
     geometry, si = lanes.scene.geometry, lanes.si
     if geometry.rounds is None:
         return None
-    where = np.flatnonzero(si.prim >= geometry.rounds.first)
+    where = np.flatnonzero(geometry.rounds.held(si.prim))
     prim = si.prim.take(where)
     rows = geometry.rounds.rows_of(prim)
     sphere = rows[:, KIND] == SPHERE
@@ -106,7 +106,7 @@ def generated_on_rounds(lanes: Lanes, generated: Float32) -> Float32:
 def strand_layer(snapshot: Snapshot, geometry: Geometry, samples: list[Samples]) -> Layer:
     """Where along its strand a sample is, the strand's length, random number and radius, in object space."""
     pick = {}
-    meshes = len(snapshot.meshes) - len(snapshot.curves) - len(snapshot.points)
+    meshes = triangle_meshes(snapshot)
     for number, (curves, points) in enumerate(zip(snapshot.curves, samples, strict=True)):
         each = len(snapshot.meshes[meshes + number].triangles) // max(len(points.start), 1)
         start = np.repeat(points.start, each)

@@ -44,8 +44,8 @@ class Rounds:
 
     Attributes
     ----------
-    first : int
-        The first triangle that is a hull's; all later ones are.
+    first, end : int
+        The triangles that are hulls: what moves comes behind them, and records that instances share.
     piece : (H,) int32
         What the hulls' triangles are around: row of `rows`.
     rows : (K, 16) float32
@@ -60,8 +60,8 @@ class Rounds:
 
     def __init__(self, snapshot: Snapshot, geometry: Geometry, samples: list[Samples]) -> None:
         instances, first = snapshot.instances, geometry.first_triangle
-        meshes = len(snapshot.meshes) - len(snapshot.curves) - len(snapshot.points)
-        own = np.flatnonzero(instances.mesh >= meshes)
+        meshes, own = triangle_meshes(snapshot), rounds_among(snapshot)
+        sizes = [len(mesh.triangles) for mesh in snapshot.meshes]
         self.first = int(first[own[0]])
         self.scale = np.ones(len(instances.mesh), np.float32)
         self.by_position = np.zeros(len(instances.mesh), np.bool_)
@@ -79,13 +79,18 @@ class Rounds:
             else:
                 points = snapshot.points[number - len(samples)]
                 part = point_rows(points.points, points.radius, matrix)
-            each = int(first[k + 1] - first[k]) // max(len(part), 1)
+            each = sizes[instances.mesh[k]] // max(len(part), 1)
             pieces.append(np.repeat(np.arange(count, count + len(part), dtype=np.int32), each))
             rows.append(part)
             count += len(part)
         self.rows = np.concatenate(rows)
         self.piece = np.concatenate(pieces)
+        self.end = self.first + len(self.piece)
         self.kinds = tuple(int(kind) for kind in np.unique(self.rows[:, KIND])) or (SPHERE,)
+
+    def held(self, prim: NDArray[np.integer]) -> NDArray[np.bool_]:
+        """(N,) which triangles are hulls."""
+        return np.asarray((prim >= self.first) & (prim < self.end))
 
     def rows_of(self, prim: Int32) -> Float32:
         """(N, 16) the pieces that some hull triangles are around."""
@@ -93,7 +98,7 @@ class Rounds:
 
     def settle(self, si: Surface, o: Float32) -> None:
         """Put hits on hulls to what they are the hulls of. `o` (3, N) is where the rays began."""
-        lanes = np.flatnonzero(si.prim >= self.first)
+        lanes = np.flatnonzero(self.held(si.prim))
         if len(lanes) == 0:
             return
         rows = self.rows_of(si.prim.take(lanes))
@@ -106,11 +111,19 @@ class Rounds:
         si.facing[lanes] = np.maximum(vectors.dot(ng, wi), GRAZING)
 
 
+def triangle_meshes(snapshot: Snapshot) -> int:
+    """How many meshes of a snapshot are before the hulls with which they end."""
+    return len(snapshot.meshes) - len(snapshot.curves) - len(snapshot.points)
+
+
+def rounds_among(snapshot: Snapshot) -> NDArray[np.intp]:
+    """The instances of hulls."""
+    return np.flatnonzero(snapshot.instances.mesh >= triangle_meshes(snapshot))
+
+
 def rounds_of(snapshot: Snapshot, geometry: Geometry, samples: list[Samples]) -> Rounds | None:
     """Those of a snapshot whose meshes end with the hulls; None where none is placed."""
-    meshes = len(snapshot.meshes) - len(snapshot.curves) - len(snapshot.points)
-    placed = (snapshot.instances.mesh >= meshes).any()
-    return Rounds(snapshot, geometry, samples) if placed else None
+    return Rounds(snapshot, geometry, samples) if len(rounds_among(snapshot)) else None
 
 
 def curve_rows(samples: Samples, kind: int, matrix: Float64) -> Float32:

@@ -14,20 +14,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import vectors
+from ..core import clock, vectors
+from ..core.clock import stage
 from ..core.raykind import RayKind
 from ..core.uniforms import Uniforms
 from ..core.view import View
 from ..emitters.lights import Lights, LightSample
-from . import emission
+from . import emission, nearer, reach
 from .accel import Accel, Hits
 from .arrivals import Arrivals
 from .attributes import Layer
+from .catcher import Caught, catchers_of
 from .evaluated import evaluated
 from .geometry import SKY, Geometry
+from .holdout import held, only_transparent
 from .lanes import Lanes, Surface
+from .reach import Reach
 from .shading import ShadedBSDF, SliceBSDF
-from .snapshot import Instances
+from .sighted import Sighted, sees_apart
+from .snapshot import Instances, Visibility
 from .transforms import Transforms
 from .transmittance import transmittance
 from .wave import Found, Group, Intersection, Rays
@@ -39,14 +44,18 @@ if TYPE_CHECKING:
     from ..nodes.world import WorldProgram
     from ..render.path_state import PathState
     from ..textures.images import TextureStore
+    from .nearer import Nearer
+    from .nested import Nested
     from .own import OwnObjects
     from .round_accel import RoundAccel
+    from .slices import Slices
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
 BatchNumbers = NDArray[np.unsignedinteger]
 
 
+EVERYONE = Reach(0, None, None, None)
 DEPTHS = frozenset({"diffuse_depth", "glossy_depth", "transmission_depth", "portal_depth"})
 
 
@@ -62,33 +71,41 @@ class Scene:
     textures: TextureStore
     coverage: list[Coverage]
     build_seconds: float
+    bytes: int  # that it takes, about
     emissive_prim: Int32
+    clear_glass: float = -1.0  # roughness up to which a transparent film shows through glass
+    alone: Scene | None = None  # with shadow catchers alone, where there are any
+    unsampled_surfaces: bool = False  # whether some that emit are no lights
+    slices: Slices | None = None  # where something moves while the shutter is open
+    time: float | None = None  # of a slice: between the shutter's opening (0) and closing (1)
     own: OwnObjects | None = None  # where some material traces rays within its own object
     material_names: tuple[str, ...]
 
     def __init__(
         self,
         geometry: Geometry,
-        accel: Accel | RoundAccel,
+        accel: Accel | Nearer | Nested | RoundAccel | Sighted,
         instances: Instances,
         layers: dict[tuple[str, str], Layer],
         materials: Materials,
         world: WorldProgram,
         lights: Lights,
         film_transparent: bool = False,
+        reached: Reach = EVERYONE,
     ) -> None:
         self.geometry, self.accel, self.instances = geometry, accel, instances
         self.materials, self.world, self.lights = materials, world, lights
         self.origin32 = geometry.origin.astype(np.float32)[:, None]
         self.transforms = Transforms(instances.matrix, geometry.origin)
-        self._layers = layers
-        self.normals = layers.get(("normal", ""))
-        self.film_transparent = film_transparent
+        self.layers: dict[tuple[str, str], Layer] = {}
+        self.use_layers(layers)
+        self.film_transparent, self.reach = film_transparent, reached
         self.has_emitters = lights.description.total > 0
         self.used_materials = np.unique(geometry.surface_material[1:])
         self.used_batches = [materials.batches[b] for b in np.unique(materials.batch_of[self.used_materials])]
         self.rays: Counter[str] = Counter()
         self.alpha: Float32 | None = None
+        self.caught: Caught | None = None
         self._make_groups()
 
     def with_pixels(self, width: int, height: int) -> Scene:
@@ -101,12 +118,24 @@ class Scene:
             scene.pixel_angle = 2 * np.pi / width
         return scene
 
+    def with_compensated_lights(self) -> Scene:
+        """The same scene for integrators that combine emitter and BSDF sampling (`Lights.compensated`)."""
+        scene = copy.copy(self)
+        scene.lights = self.lights.compensated()
+        return scene
+
     def for_unit(self, lanes: int) -> Scene:
         """The same scene with a ray count and, where the film may be clear, a coverage per ray of its own."""
         scene = copy.copy(self)
         scene.rays = Counter()
-        scene.alpha = np.ones(lanes, np.float32) if self.film_transparent or self.holds_out else None
+        clear = self.film_transparent or self.holds_out or self.has_catchers
+        scene.alpha = np.ones(lanes, np.float32) if clear else None
+        scene.caught = Caught(lanes) if self.has_catchers else None
         return scene
+
+    def show_through(self, roughness: float) -> None:
+        """Let a transparent film show through glass of up to this roughness."""
+        self.clear_glass, self.tracks_history = roughness, True
 
     def _make_groups(self) -> None:
         """Number the groups, those with more than Dirac lobes first, and the surfaces that belong to each."""
@@ -127,13 +156,18 @@ class Scene:
             ],
             np.uint8 if self.dead < 255 else np.uint16,
         )
-        emits = self.materials.emission_varies | (self.materials.emission_constant != 0).any(axis=1)
+        emits = self.materials.emits
         self.surface_emits = (surfaces.surface_material >= 0) & emits[surfaces.surface_material]
+        self.finds_surfaces = bool(self.surface_emits.any())
         holds_out = np.array([batch.has_holdout for batch in batches], np.bool_)
         self.surface_holds_out = (surfaces.surface_material >= 0) & holds_out[
             self.materials.batch_of[surfaces.surface_material]
         ]
-        self.holds_out = bool(self.surface_holds_out.any())
+        objects = (self.instances.visibility & Visibility.HOLDOUT) != 0
+        self.catchers = catchers_of(self.instances)
+        self.has_catchers = bool(self.catchers.any())
+        self.held = objects if objects.any() else None
+        self.holds_out = bool(self.surface_holds_out.any() or objects.any())
         passes = [batches[g.batch].has_transparency or batches[g.batch].has_portal for g in self.groups]
         self.has_portals = any(batches[g.batch].has_portal for g in self.groups)
         self.passes = np.array([*passes, False])
@@ -144,12 +178,21 @@ class Scene:
         # without these, nobody asks what became of a path before
         self.extra_history = needs & {"footprint", "sharpness"}
         asks = reads_path or bool(self.extra_history) or self.lights.by_place is not None
+        self.seen_apart = sees_apart(self.instances) or self.reach.apart is not None
+        asks = asks or self.seen_apart or self.reach.hidden != 0
+        asks = asks or self.has_catchers  # rays that see them alone are of kinds
+        asks = asks or self.lights.restrictions is not None or self.reach.linking is not None
         self.tracks_history = self.transparent_surfaces or asks
         self._looks_around = "traced" in needs
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
-        return self._layers[kind, name]
+        return self.layers[kind, name]
+
+    def use_layers(self, layers: dict[tuple[str, str], Layer]) -> None:
+        """Take these attribute tables in place of those of the same names."""
+        self.layers = self.layers | layers
+        self.normals = self.layers.get(("normal", ""))
 
     def history(self, rays: Rays) -> dict[str, NDArray[Any]]:
         """What somebody asks of camera paths, beside what `PathState` knows itself."""
@@ -159,21 +202,33 @@ class Scene:
             rows["radius"], rows["spread"] = self.camera.footprint(rays.d)
         if "sharpness" in self.extra_history:
             rows["sharpness"] = np.full(rays.d.shape[1], np.inf, np.float32)
+        if self.reach.linking is not None:
+            rows["receiver"] = none - 1
+        if self.clear_glass >= 0:
+            rows["clear"] = none + 1
         return rows
 
     # ------------------------------------------------------------------ the ray's end
 
+    @stage("surface")
     def intersect(self, rays: Rays, kind: str = "") -> Intersection:
         """Closest hits of all rays; one that is switched off misses. `kind` is for the count."""
+        if not kind:
+            clock.next_bounce()
         self.rays[kind or ("bounce" if self.rays else "camera")] += int(np.count_nonzero(rays.tfar > 0))
-        hits = self.accel.intersect(rays.o, rays.d, rays.tfar)
+        if self.seen_apart:
+            hits = nearer.closest(self.accel, *rays)
+        else:
+            hits = self.accel.intersect(rays.o, rays.d, rays.tfar)
         return Intersection(hits, self.geometry.surface.take(hits.prim, mode="wrap"))
 
+    @stage("surface")
     def surface(self, rays: Rays, found: Intersection, lanes: NDArray[np.intp]) -> Surface:
         """The hit points of some lanes, in the order of `lanes`."""
         o, d = rays.o.take(lanes, axis=1), rays.d.take(lanes, axis=1)
         return Surface(self.geometry, found.hits, lanes, o, d)
 
+    @stage("surface")
     def batch(self, found: Intersection) -> BatchNumbers:
         """Each lane's group number; `dead` where the ray left the scene or the surface only emits."""
         group: BatchNumbers = self._group_of_surface.take(found.surface)
@@ -204,24 +259,38 @@ class Scene:
 
     # ------------------------------------------------------------------ scattering
 
+    @stage("shade")
     def shade(self, si: Surface, path: PathState, spans: list[tuple[int, slice]]) -> ShadedBSDF:
         """The closures of each group on its span of lanes."""
         slices = []
         smooth_count = 0
         for number, span in spans:
             group = self.groups[number]
-            lanes = Lanes(self, si.part(span), path.part(span), group.smooth)
-            closures = self.materials.batches[group.batch].closures(lanes)
-            slices.append((span, SliceBSDF(closures, lanes)))
+            part = path.part(span)
+            lanes = Lanes(self, si.part(span), part, group.smooth)
+            slices.append((span, self._shade_batch(lanes, group.batch, part)))
             if number < self.smooth_groups:
                 smooth_count = span.stop
         return ShadedBSDF(si.size, slices, smooth_count)
 
+    @stage("shade", batch=lambda scene, lanes, number, path: number)
+    def _shade_batch(self, lanes: Lanes, number: int, path: PathState) -> SliceBSDF:
+        """The closures of one batch; who runs a clock gets the vertices of each material."""
+        if (running := clock.running()) is not None:
+            counts = np.bincount(self.geometry.surface_material.take(lanes.si.surface))
+            for material in np.flatnonzero(counts):
+                running.vertices[int(material)] += int(counts[material])
+        closures = self.materials.batches[number].closures(lanes)
+        if self.held is not None:
+            closures = only_transparent(closures, held(self.held, path.clear, lanes.si.instance))
+        return SliceBSDF(closures, lanes, self.clear_glass)
+
     # ------------------------------------------------------------------ next-event estimation
 
+    @stage("emitter")
     def sample_emitter(self, si: Surface, u: Uniforms, path: PathState) -> LightSample:
         """One emitter and a point on it per lane; the weight is Le/pdf."""
-        light = self.lights.sample(si.p, si.ng, u)
+        light = reach.restricted(self, self.lights.sample(si.p, si.ng, u), si, path)
         path.chooses_light_at(light.place)
         if len(light.varying):
             light.weight[:, light.varying] *= self._radiance_at(light, si, path)
@@ -263,10 +332,16 @@ class Scene:
         free = np.flatnonzero(light.distance < 0) if self.lights_without_shadow else None
         kept = None if free is None else contribution.take(free, axis=1)
         if self.transparent_surfaces:
-            contribution *= transmittance(self, o, light.wo, tfar, limit, path)
+            kind = reach.shadow_kind(self, light)
+            contribution *= transmittance(self, o, light.wo, tfar, limit, path, kind)
         else:
             self.rays["shadow"] += int(np.count_nonzero(tfar > 0))
-            contribution.view(np.int32)[:] &= self.accel.visible(o, light.wo, tfar)
+            contribution.view(np.int32)[:] &= self._clear(o, light, tfar)
         if kept is not None:
             contribution[:, free] = kept
         return contribution
+
+    def _clear(self, o: Float32, light: LightSample, tfar: Float32) -> Int32:
+        if not self.seen_apart:
+            return self.accel.visible(o, light.wo, tfar)
+        return nearer.clear(self.accel, o, light.wo, tfar, reach.shadow_kind(self, light))

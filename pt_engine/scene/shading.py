@@ -16,14 +16,17 @@ from numpy.typing import NDArray
 
 from ..bsdfs.base import BSDF, Lobe, gather
 from ..core import frames, vectors
+from ..core.clock import stage
 from ..core.rows import scatter
 from ..core.uniforms import Uniforms
 from .bump_shadow import bump_shadow
+from .clear_glass import clear
+from .hidden_light import sees
 from .lanes import Lanes
-from .raised_normal import raised_normal
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
+UInt8 = NDArray[np.uint8]
 GRAZING = np.float32(1e-6)
 
 
@@ -100,12 +103,16 @@ class LocalFrame:
         return frames.to_world(s, t, n, w)
 
 
+def _batch(bsdf: SliceBSDF, *_: object) -> int:
+    return bsdf.lanes.batch
+
+
 class SliceBSDF:
     """The closures of one batch on its lanes."""
 
-    def __init__(self, closures: Sequence[ClosureLike], lanes: Lanes) -> None:
+    def __init__(self, closures: Sequence[ClosureLike], lanes: Lanes, clear_glass: float = -1.0) -> None:
         self.closures = list(closures)
-        self.lanes = lanes
+        self.lanes, self._clear_glass = lanes, clear_glass
         # with the geometric normal as the shading normal, no direction is on two sides at once
         self.bent = lanes.smooth or any(c.normal is not None for c in self.closures)
         self._frames: dict[tuple[int, int, bool], LocalFrame] = {}
@@ -118,7 +125,7 @@ class SliceBSDF:
         if key not in self._frames:
             normal = self.lanes.ns if closure.normal is None else closure.normal
             if specular:
-                normal = raised_normal(self.lanes.ng, self.lanes.wi, normal)
+                normal = self.lanes.raised(closure.normal)
             self._frames[key] = LocalFrame(normal, self.lanes.wi, closure.tangent)
         return self._frames[key]
 
@@ -134,10 +141,17 @@ class SliceBSDF:
         scale: Float32 = np.reciprocal(np.maximum(total, np.float32(1e-20)))
         return [share * scale for share in raw]
 
-    def eval_pdf(self, wo: Float32) -> tuple[Float32, Float32]:
-        """f·|cosθo| and pdf of world directions `wo`, of all closures together."""
+    @stage("eval", batch=_batch)
+    def eval_pdf(self, wo: Float32, hidden: UInt8 | None = None) -> tuple[Float32, Float32]:
+        """f·|cosθo| and pdf of world directions `wo`, of all closures together.
+
+        `hidden` (N,) are `Visibility` bits of kinds of scattering that see no light from there.
+        """
         local: dict[int, Float32] = {}
         parts = [self._eval_closure(k, wo, local) for k in range(len(self.closures))]
+        if hidden is not None:
+            seen = [sees(closure.bsdf, hidden) for closure in self.closures]
+            parts = [(f * s, p) for (f, p), s in zip(parts, seen, strict=True)]
         if len(parts) == 1:
             return parts[0]
         value = np.zeros((3, self.lanes.n), np.float32)
@@ -176,6 +190,7 @@ class SliceBSDF:
         same: NDArray[np.bool_] = vectors.dot(ng, wo) * cos_o > 0
         return same
 
+    @stage("bsdf", batch=_batch)
     def sample(self, u: Uniforms, out: Scattered) -> None:
         """Fill `out` with one direction per lane from uniforms `u` (3, N)."""
         if len(self.closures) == 1:
@@ -193,10 +208,11 @@ class SliceBSDF:
             out.wo[:], cos_o = frame.world(s.wo), s.wo[2]
             self._lead_away(closure)
         np.multiply(s.weight, closure.weight, out=out.weight)
+        lobe = self._lobe(closure, slice(None), s.lobe)
         if self.bent:
             np.multiply(out.weight, self._same_side(out.wo, cos_o) | _passes(s.lobe), out=out.weight)
             out.weight[:] *= np.maximum(self._shadow(0, out.wo), _passes(s.lobe))  # portals have no bumps
-        out.lobe[:] = s.lobe
+        out.lobe[:] = lobe
         out.pdf[:] = s.pdf
         _mark_dirac(out)
 
@@ -220,7 +236,7 @@ class SliceBSDF:
             self._lead_away(closure, index)
             scatter(out.wo, index, wo)
             scatter(dirac_weight, index, weight)
-            out.lobe[index] = s.lobe
+            out.lobe[index] = self._lobe(closure, index, s.lobe)
         value, pdf = self.eval_pdf(out.wo)
         dirac = (out.lobe & Lobe.DELTA) != 0
         smooth = (pdf > 0) & ~dirac & (vectors.max3(dirac_weight) > 0)
@@ -228,6 +244,10 @@ class SliceBSDF:
         np.divide(value, pdf, out=out.weight, where=smooth)
         out.pdf[:] = pdf
         _mark_dirac(out)
+
+    def _lobe(self, closure: ClosureLike, index: NDArray[np.intp] | slice, lobe: UInt8 | int) -> UInt8 | int:
+        limit = self._clear_glass
+        return lobe if limit < 0 else clear(closure, index, lobe, limit)
 
     def _lead_away(self, closure: ClosureLike, index: NDArray[np.intp] | None = None) -> None:
         """Through a portal rays leave from somewhere else; `index` None means all lanes."""
@@ -278,17 +298,23 @@ class ShadedBSDF:
         self.size, self.slices = size, slices
         self.smooth_count = smooth_count  # lanes [0, smooth_count) have more than Dirac lobes
 
-    def eval_pdf(self, wo: Float32) -> tuple[Float32, Float32]:
-        """f·|cosθo| (3, M) and pdf (M,) toward `wo` (3, M), for the first M = `smooth_count` lanes."""
+    @stage("eval")
+    def eval_pdf(self, wo: Float32, hidden: UInt8 | None = None) -> tuple[Float32, Float32]:
+        """f·|cosθo| (3, M) and pdf (M,) toward `wo` (3, M), for the first M = `smooth_count` lanes.
+
+        `hidden` (M,) is as in `LightSample`.
+        """
         if len(self.slices) == 1:
-            return self.slices[0][1].eval_pdf(wo)
+            return self.slices[0][1].eval_pdf(wo, hidden)
         value = np.zeros(wo.shape, np.float32)
         pdf = np.zeros(wo.shape[1], np.float32)
         for span, bsdf in self.slices:
             if span.stop <= self.smooth_count:
-                value[:, span], pdf[span] = bsdf.eval_pdf(np.ascontiguousarray(wo[:, span]))
+                here = None if hidden is None else hidden[span]
+                value[:, span], pdf[span] = bsdf.eval_pdf(np.ascontiguousarray(wo[:, span]), here)
         return value, pdf
 
+    @stage("bsdf")
     def sample(self, u: Uniforms) -> Scattered:
         """One continuation per lane from uniforms `u` (3, N)."""
         n = self.size

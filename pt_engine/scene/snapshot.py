@@ -13,6 +13,15 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .linking import UNLIMITED as UNLIMITED
+from .linking import Linking as Linking
+from .linking import Visibility as Visibility
+from .snapshot_camera import CameraData as CameraData
+from .snapshot_camera import InstanceMotion as InstanceMotion
+from .snapshot_camera import MeshMotion as MeshMotion
+from .snapshot_camera import Motion as Motion
+from .snapshot_camera import Stereo as Stereo
+
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Int32: TypeAlias = NDArray[np.int32]
@@ -67,6 +76,7 @@ class Graph:
     notes: tuple[tuple[str, str], ...] = ()  # (node name, what the exporter had to leave out)
     displacement_method: str = "BUMP"
     pass_index: int = 0
+    sampled: bool = True  # whether what emits is sampled as a light; else only rays find it
 
 
 @dataclass(frozen=True)
@@ -233,13 +243,6 @@ class Instances:
     attributes: dict[str, Float32] = field(default_factory=dict)
 
 
-class Visibility:
-    """Which rays see an object (bits; Blender's ray visibility panel)."""
-
-    CAMERA, DIFFUSE, GLOSSY, TRANSMISSION, SHADOW, VOLUME = 1, 2, 4, 8, 16, 32
-    ALL = 63
-
-
 @dataclass(frozen=True)
 class LightData:
     """A lamp, in Blender's units and conventions.
@@ -269,6 +272,12 @@ class LightData:
         Radians, pi for none.
     normalize : bool
         Whether `power` is total power (True) or radiance-like strength.
+    max_bounces : int
+        It lights no surface that more bounces lead to.
+    group : int
+        Its set of emitters in `Linking`.
+    real : bool
+        Whether it also shines where shadow catchers are alone.
     graph : Graph or None
         Its node tree, where it has one.
     """
@@ -290,48 +299,10 @@ class LightData:
     cast_shadow: bool = True
     use_mis: bool = True
     visibility: int = Visibility.ALL & ~Visibility.CAMERA
+    max_bounces: int = UNLIMITED
+    group: int = 0
+    real: bool = True
     graph: Graph | None = None
-
-
-@dataclass(frozen=True)
-class CameraData:
-    """The camera. `matrix` is camera to world without scale; it looks along its -Z, +Y up.
-
-    Attributes
-    ----------
-    kind : str
-        PERSP, ORTHO or PANO.
-    frame : (4,) float
-        left, right, bottom, top of the *full, uncropped* image: on the plane at distance 1 for PERSP,
-        in metres for ORTHO, in the coordinates of the projection for PANO (see `cameras/panoramic.py`).
-        Shift, sensor fit, pixel aspect and zoom are in here already.
-    clip : tuple of 2
-        Near and far along the view axis; from the eye in all directions for PANO.
-    aperture_radius : float
-        Of the thin lens, in metres; 0 for a pinhole.
-    focus_distance : float
-    panorama : str
-        Blender's name of a PANO's projection: EQUIRECTANGULAR, FISHEYE_EQUISOLID ...
-    fisheye_fov : float
-        Full angle of a fisheye in radians; outside of it the image is empty.
-    fisheye_polynomial : (5,) float
-        k₀ to k₄ of FISHEYE_LENS_POLYNOMIAL.
-    blades, blade_rotation, aperture_ratio :
-        Polygonal aperture (0 blades: round), its rotation in radians, and its anamorphic ratio.
-    """
-
-    kind: str
-    matrix: Float64
-    frame: tuple[float, float, float, float]
-    clip: tuple[float, float] = (0.1, 1000.0)
-    aperture_radius: float = 0.0
-    focus_distance: float = 10.0
-    blades: int = 0
-    blade_rotation: float = 0.0
-    aperture_ratio: float = 1.0
-    panorama: str = ""
-    fisheye_fov: float = float(np.pi)
-    fisheye_polynomial: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -340,7 +311,10 @@ class Snapshot:
 
     `unsupported` lists what the exporter met and cannot give to the engine: (where, what, effect).
     `materials[0]` is always the stand-in for an empty slot (Blender's default grey diffuse 0.8).
+    `world_visibility` says which rays see the world, as `Visibility` bits.
+    `clear_glass` is the roughness up to which a transparent film shows through glass, below 0 for none.
     `ocio_config` names the OpenColorIO config of the file's Blender, "" for OpenImageIO's own.
+    `motion` is None where nothing moves, or nothing is to be blurred.
     """
 
     meshes: tuple[MeshData, ...]
@@ -356,3 +330,7 @@ class Snapshot:
     ocio_config: str = ""
     curves: tuple[CurvesData, ...] = ()
     points: tuple[PointsData, ...] = ()
+    world_visibility: int = Visibility.ALL
+    linking: Linking | None = None
+    clear_glass: float = -1.0
+    motion: Motion | None = None

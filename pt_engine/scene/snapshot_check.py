@@ -34,6 +34,11 @@ CLASSES: dict[str, type] = {
         data.ImageData,
         data.LightData,
         data.CameraData,
+        data.Linking,
+        data.Stereo,
+        data.Motion,
+        data.InstanceMotion,
+        data.MeshMotion,
     )
 }
 
@@ -54,6 +59,8 @@ def check(snapshot: object) -> data.Snapshot:
     for points in snapshot.points:
         check_points(points)
     check_instances(snapshot)
+    if snapshot.linking is not None:
+        check_linking(snapshot.linking, snapshot)
     graphs = [*snapshot.materials, snapshot.world, *(light.graph for light in snapshot.lights)]
     for graph in graphs:
         if graph is not None:
@@ -64,6 +71,8 @@ def check(snapshot: object) -> data.Snapshot:
         shape(light.matrix, (4, 4), "a lamp's matrix")
     shape(snapshot.camera.matrix, (4, 4), "the camera's matrix")
     require(len(snapshot.materials) > 0, "there is no material 0")
+    if snapshot.motion is not None:
+        check_motion(snapshot.motion, snapshot)
     return snapshot
 
 
@@ -244,6 +253,39 @@ def check_instances(snapshot: data.Snapshot) -> None:
     require(len(rows.names) == count, "instances.names has another length")
     for name, values in rows.attributes.items():
         shape(values, (count, 4), f"instances.attributes {name}")
+
+
+def check_linking(links: data.Linking, snapshot: data.Snapshot) -> None:
+    """Sets that exist, for every instance and lamp."""
+    count = (len(snapshot.instances.mesh),)
+    shape(links.receives, (None, None), "linking.receives")
+    shape(links.blocks, (None, links.receives.shape[1]), "linking.blocks")
+    for name, table in (("receiver", links.receives), ("blocker", links.blocks), ("emitter", links.blocks.T)):
+        shape(getattr(links, name), count, f"linking.{name}")
+        within(getattr(links, name), len(table), f"linking.{name}")
+    for light in snapshot.lights:
+        require(0 <= light.group < links.receives.shape[1], "a lamp's group is missing")
+
+
+def check_motion(motion: data.Motion, snapshot: data.Snapshot) -> None:
+    """Steps of what there is, at two times or more."""
+    shape(motion.shutter, (None,), "the shutter's curve")
+    require(len(motion.shutter) > 1 and len(motion.cameras) != 1, "a motion has a single step")
+    for rows in motion.instances:
+        shape(rows.instance, (None,), "moving instances")
+        within(rows.instance, len(snapshot.instances.mesh), "a moving instance")
+        shape(rows.matrix, (len(rows.instance), None, 4, 4), "matrices of moving instances")
+        require(rows.matrix.shape[1] > 1, "a motion has a single step")
+    for moved in motion.meshes:
+        require(0 <= moved.mesh < len(snapshot.meshes), "a deforming mesh is missing")
+        still, steps = snapshot.meshes[moved.mesh], len(moved.vertices)
+        require(steps > 1, "a motion has a single step")
+        shape(moved.vertices, (steps, len(still.vertices), 3), "vertices of a deforming mesh")
+        require((moved.normals is None) == (still.normals is None), "a deforming mesh lacks its normals")
+        if moved.normals is not None and still.normals is not None:
+            shape(moved.normals, (steps, len(still.normals), 3), "normals of a deforming mesh")
+    for camera in motion.cameras:
+        shape(camera.matrix, (4, 4), "the camera's matrix")
 
 
 def check_graph(graph: data.Graph, images: int) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import frames, keyed, vectors, warps
+from ..core.clock import stage
 
 if TYPE_CHECKING:
     from .lanes import Lanes, Surface
@@ -21,6 +22,7 @@ Index = NDArray[np.intp]
 PASSED = 32  # surfaces of one object that a ray goes through at most
 
 
+@stage("", "rays from shading")
 def open_share(
     lanes: Lanes, normal: Float32, distance: Float32, samples: int, local: bool, key: int
 ) -> Float32:

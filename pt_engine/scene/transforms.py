@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 from numpy.typing import NDArray
+
+from ..core import vectors
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
 Int32 = NDArray[np.int32]
+
+REGULAR = 1e-6  # smallest stretch over the largest: below it an inverse takes care
 
 
 class Transforms:
@@ -23,8 +29,7 @@ class Transforms:
 
     def __init__(self, matrix: Float64, origin: Float64) -> None:
         linear = matrix[:, :3, :3]
-        inverse = np.array([inverted(m) for m in linear]).reshape(-1, 3, 3)
-        normal = np.array([inverse_transposed(m) for m in linear])
+        inverse, normal = inverses(linear)
         with np.errstate(over="ignore", invalid="ignore"):  # of objects beyond float32, which nothing hits
             offset = -np.einsum("kij,kj->ki", inverse, matrix[:, :3, 3] - origin)
             self._linear = linear.reshape(-1, 9).astype(np.float32)
@@ -33,6 +38,30 @@ class Transforms:
             self._offset = offset.astype(np.float32)
             self._place = (matrix[:, :3, 3] - origin).astype(np.float32)
             self._location = matrix[:, :3, 3].astype(np.float32)
+
+    def ray_to_object(self, o: Float32, d: Float32, instance: Int32) -> tuple[Float32, Float32]:
+        """Origins and directions (3, N), not made unit ones, so that distances stay what they are.
+
+        An origin near its object loses no digits, wherever that stands.
+        """
+        inverse = self._inverse.take(instance, axis=0)
+        return _apply(inverse, o - self._place.take(instance, axis=0).T), _apply(inverse, d)
+
+    def plane_to_world(self, n: Float32, plane: Float32, instance: Int32) -> tuple[Float32, Float32]:
+        """Unit normals (3, N) and offsets (N,) of planes n·x = plane of object space; 0 of none."""
+        turned = self.normal_to_world(n, instance)
+        offset = plane + vectors.dot(turned, np.ascontiguousarray(self._place.take(instance, axis=0).T))
+        length = vectors.length(turned)
+        scale = (length > 0) / (length + (length == 0))
+        return turned * scale, offset * scale
+
+    def with_last(self, matrix: Float64, origin: Float64) -> Transforms:
+        """The same with other matrices (M, 4, 4) for the last M instances."""
+        moved, joined = Transforms(matrix, origin), copy.copy(self)
+        for name, last in vars(moved).items():
+            rows = vars(self)[name]
+            setattr(joined, name, np.concatenate([rows[: len(rows) - len(last)], last]))
+        return joined
 
     def vector_to_world(self, w: Float32, instance: Int32) -> Float32:
         """(3, N) object-space vectors in world space."""
@@ -65,6 +94,21 @@ class Transforms:
     def location(self, instance: Int32) -> Float32:
         """(3, N) world position of each lane's object."""
         return np.ascontiguousarray(self._location.take(instance, axis=0).T)
+
+
+def inverses(linear: Float64) -> tuple[Float64, Float64]:
+    """Inverses and inverse transposes of (I, 3, 3) matrices, all regular ones at once."""
+    inverse = np.tile(np.eye(3), (len(linear), 1, 1))
+    normal = inverse.copy()
+    finite = np.isfinite(linear).all(axis=(1, 2))
+    safe = np.where(finite[:, None, None], linear, 0.0)
+    stretch = np.linalg.svd(safe, compute_uv=False) if len(linear) else np.zeros((0, 3))
+    regular = np.flatnonzero(stretch[:, 2] > REGULAR * stretch[:, 0])
+    inverse[regular] = np.linalg.inv(linear[regular])
+    normal[regular] = inverse[regular].transpose(0, 2, 1)
+    for k in np.flatnonzero(finite & ~(stretch[:, 2] > REGULAR * stretch[:, 0])):
+        inverse[k], normal[k] = inverted(linear[k]), inverse_transposed(linear[k])
+    return inverse, normal
 
 
 def inverse_transposed(m: Float64) -> Float64:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
+from ..core.clock import stage
 from ..core.raykind import RayKind
 from ..core.rows import scatter
 from .arrivals import Arrival, Arrivals
@@ -18,10 +19,18 @@ if TYPE_CHECKING:
     from .scene import Scene
 
 Float32 = NDArray[np.float32]
+Int32 = NDArray[np.int32]
 
 
+@stage("shadow", "shadows of transparent surfaces")
 def transmittance(
-    scene: Scene, o: Float32, d: Float32, tfar: Float32, limit: int, path: Arrival | None = None
+    scene: Scene,
+    o: Float32,
+    d: Float32,
+    tfar: Float32,
+    limit: int,
+    path: Arrival | None = None,
+    kind: Int32 | int = RayKind.SHADOW,
 ) -> Float32:
     """(3, N) product of the transparencies met in (0, `tfar`); 0 behind anything opaque.
 
@@ -34,13 +43,15 @@ def transmittance(
         A ray that would have to pass more surfaces than this is blocked.
     path : Arrival, optional
         The paths that the rays belong to, which some programs ask for; None: from the camera.
+    kind : (N,) int32 or int
+        Of the rays.
     """
     from .wave import Rays
 
     result = np.zeros(o.shape, np.float32)
     lanes = np.flatnonzero(tfar > 0)
     light = np.ones((3, len(lanes)), np.float32)
-    rays = Rays(o.take(lanes, axis=1), d.take(lanes, axis=1), tfar.take(lanes))
+    rays = Rays(o.take(lanes, axis=1), d.take(lanes, axis=1), tfar.take(lanes), of_some(kind, lanes))
     came = Arrivals.by(RayKind.SHADOW, len(lanes))
     if path is not None and scene.tracks_history:
         came = Arrivals.of(path, lanes)._replace(kind=came.kind, travelled=came.travelled)
@@ -61,8 +72,13 @@ def transmittance(
         came = came.take(on)
         came = came._replace(passed=came.passed + 1, travelled=came.travelled + si.t)
         start = si.p - si.ng * si.bound  # on the far side: d runs against ng
-        rays = Rays(start, -si.wi, left.take(kept) - si.t)
+        rays = Rays(start, -si.wi, left.take(kept) - si.t, of_some(rays.kind, kept))
     return result
+
+
+def of_some(kind: Int32 | int, lanes: NDArray[np.intp]) -> Int32 | int:
+    """The kinds of some rays."""
+    return kind if isinstance(kind, int) else kind.take(lanes)
 
 
 def _transparency(scene: Scene, si: Surface, group: NDArray[np.integer], came: Arrivals) -> Float32:

@@ -20,11 +20,14 @@ class Rays(NamedTuple):
     o, d : (3, N) float32
         Origin (recentred world) and unit direction.
     tfar : (N,) float32
+    kind : (N,) int32 or int
+        `RayKind` bits: objects may be hidden from some rays. 0 sees all there is.
     """
 
     o: Float32
     d: Float32
     tfar: Float32
+    kind: NDArray[np.int32] | int = 0
 
 
 class Found(NamedTuple):

@@ -8,13 +8,14 @@ all others, which are converted texel by texel before filtering.
 from __future__ import annotations
 
 import re
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .oiio import openimageio
+from .oiio import keeps, openimageio
 
 Float32 = NDArray[np.float32]
 
@@ -137,10 +138,17 @@ class Converter:
         """
         oiio = openimageio()
         source = oiio.ImageBuf(np.ascontiguousarray(rgba))
-        done = oiio.ImageBufAlgo.colorconvert(source, name, self.linear_name, False, "", "", self.config)
+        if self._is_kept:
+            done = oiio.ImageBufAlgo.colorconvert(source, name, self.linear_name, False)
+        else:
+            done = oiio.ImageBufAlgo.colorconvert(source, name, self.linear_name, False, "", "", self.config)
         if done.has_error:
             raise UnknownSpace(f"colour space {name}: {done.geterror().strip()}")
         return np.asarray(done.get_pixels(oiio.FLOAT), np.float32).reshape(rgba.shape)
+
+    @cached_property
+    def _is_kept(self) -> bool:
+        return bool(self.config) and keeps(self.config)
 
     @property
     def linear_name(self) -> str:

@@ -210,7 +210,7 @@ def decode(image: ImageData, converter: colorspace.Converter, pool: int | None =
         head = file.header
         form = kept_format(head, kind)
         channels = kept_channels(head, image)
-        bands = rows(file, BAND if kind != colorspace.NAMED else 8 * BAND)  # each reads the config anew
+        bands = rows(file, BAND if kind != colorspace.NAMED else 8 * BAND)  # each may read the config anew
         texels: Texels
         if pool is None and head.width * head.height <= LARGEST:
             texels = Whole(head.width, head.height, form, channels, bands)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import threading
 from typing import Any
+
+_config_lock = threading.Lock()
 
 
 def openimageio() -> Any:
@@ -20,3 +24,25 @@ def openimageio() -> Any:
             "image textures need the package OpenImageIO, which is not installed (pip install OpenImageIO)"
         ) from problem
     return OpenImageIO
+
+
+def keeps(config: str) -> bool:
+    """Whether OpenImageIO keeps an OpenColorIO config (a path) in memory, as it does with one per process.
+
+    Conversions name their config by its path, and it reads that anew each time (0.1 s for Blender's); all but
+    the one that $OCIO names when it is first asked. So the first path that comes here becomes that one.
+    """
+    default = getattr(openimageio().ColorConfig, "default_colorconfig", None)  # OpenImageIO 3.0 has none
+    if default is None:
+        return False
+    with _config_lock:
+        before = os.environ.get("OCIO")
+        os.environ["OCIO"] = config
+        try:
+            kept = str(default().configname())  # asking for its name reads it
+        finally:
+            if before is None:
+                del os.environ["OCIO"]
+            else:
+                os.environ["OCIO"] = before
+    return kept == config

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.clock import stage
 from . import colorspace
 from .lookup import Grid
 
@@ -69,6 +70,7 @@ class Picture(Texture):
         self.grid, self.encoded, self.unassociate = grid, encoded, unassociate
         self.without_alpha, self.notes = without_alpha, notes
 
+    @stage("", "image textures")
     def sample(self, u: Float32, v: Float32) -> tuple[Float32, Float32]:
         values, inside = self._look_up(u, v)
         color, alpha = values[:3], None

@@ -39,6 +39,8 @@ def stage():
             for domain in DOMAINS:
                 filled(owner.data, f"{kind} {domain}", kind, domain, rng)
     ball = bpy.data.objects["Ball"]
+    for name, kind in (("density", "FLOAT"), ("color", "FLOAT_COLOR")):
+        filled(ball.data, name, kind, "POINT", rng)
     ball["number"], ball["whole"], ball["flag"] = 0.25, 3, True
     ball["pair"], ball["four"], ball["three whole"] = (0.5, 0.75), (0.1, 0.2, 0.3, 0.4), (1, 2, 3)
     ball["word"], ball["five"] = "text", (1.0, 2.0, 3.0, 4.0, 5.0)
@@ -65,6 +67,7 @@ CASES = [
         for output in OUTPUTS[1:]
     ),
     *(attribute("missing", output) for output in OUTPUTS),
+    *(case("VolumeInfo", output) for output in ("Color", "Density", "Flame")),
     *(attribute("", output) for output in ("Color", "Alpha")),
     *(attribute(name, "Color") for name in ("uv", "generated", "vertex_color", "position", "sharp_face")),
     *(attribute(name, "Fac") for name in ("UVMap", "uv", "generated")),

@@ -65,6 +65,30 @@ def test_render_writes_exr_png_and_statistics_and_says_so(run, blend, tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"new", "a.png", "s.json"}  # no leftovers
 
 
+def test_a_png_keeps_the_holes_of_holdouts_in_an_opaque_film(run, tmp_path):
+    scene = engine_scene()
+    material = bpy.data.materials.new("Hole")
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    hole, end = tree.nodes.new("ShaderNodeHoldout"), tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(hole.outputs[0], end.inputs["Surface"])
+    for owner in scene.objects:
+        if owner.type == "MESH":
+            owner.data.materials.clear()
+            owner.data.materials.append(material)
+    path = tmp_path / "holes.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    png = tmp_path / "a.png"
+    code, _, err = run("render", path, "-o", tmp_path / "a.exr", "--png", png, "--samples", 1)
+    assert (code, err) == (0, "")
+    assert not bpy.context.scene.render.film_transparent
+    image = pixels(png)
+    assert image.shape == (HEIGHT, WIDTH, 4)
+    assert image[..., 3].min() == 0
+    np.testing.assert_allclose(image[..., 3], pixels(tmp_path / "a.exr")[..., 3], atol=1 / 255)
+
+
 def test_the_command_line_renders_what_blender_renders(run, blend, tmp_path):
     assert run("render", blend, "-o", tmp_path / "a.exr", "--quiet") == (0, "", "")
     bpy.ops.wm.open_mainfile(filepath=str(blend))

@@ -196,12 +196,6 @@ def test_a_time_limit_ends_a_render_without_a_sample_limit(scene, tmp_path):
     assert Session.last.statistics()["samples"] > 0
 
 
-def test_stereoscopy_is_refused(scene, tmp_path):
-    scene.render.use_multiview = True
-    with pytest.raises(RuntimeError, match="stereoscopy"):
-        rendered(scene, tmp_path / "a.exr")
-
-
 def test_statistics_are_written_where_the_scene_says(scene, tmp_path):
     scene.pt_engine.stats_path = str(tmp_path / "s.json")
     rendered(scene, tmp_path / "a.exr")

@@ -246,7 +246,7 @@ def test_indirect_only_and_holdout_collections(scene):
     snapshot = export()
     (row,) = rows_of(snapshot, "Indirect")
     assert snapshot.instances.visibility[row] == Visibility.ALL & ~Visibility.CAMERA
-    assert ("Object Cut", "holdout", "rendered as an ordinary object") in snapshot.unsupported
+    assert [snapshot.instances.visibility[k] & Visibility.HOLDOUT for k in rows_of(snapshot, "Cut")] == [64]
 
 
 def test_object_colour_and_index():
@@ -273,14 +273,5 @@ def test_meshes_without_faces_are_left_out():
 
 def test_unknown_kinds_are_named(scene):
     add(bpy.data.volumes.new("Fog"), "Fog")
-    scene.render.use_motion_blur = True
-    add(cube(), "Mover").keyframe_insert("location", frame=1)
     what = {(where, what) for where, what, _ in export().unsupported}
     assert ("Object Fog", "volume object") in what
-    assert ("Scene Scene", "motion blur") in what
-
-
-def test_motion_blur_of_a_still_scene_is_no_matter(scene):
-    scene.render.use_motion_blur = True
-    add(cube())
-    assert export().unsupported == ()

@@ -70,7 +70,7 @@ def test_a_portal_gives_no_light():
     owner.data.cycles.is_portal = True
     snapshot = export()
     assert snapshot.lights == ()
-    assert snapshot.unsupported[0][1] == "portal"
+    assert not snapshot.unsupported  # it would only guide the sampling
 
 
 def image_file(path, pixels, kind="PNG"):

@@ -89,7 +89,8 @@ def test_unlinked_group_input_hands_in_its_value_as_the_inner_type():
     kind = next(node.kind for node in graph.nodes if node.kind.startswith("Mix"))
     color = next(key for key in graph.nodes[-2].inputs if re.fullmatch("Color1|A_Color", key))
     assert source(graph, kind, color) == (0.25, 0.25, 0.25, 1.0)
-    assert source(graph, "TexNoise", "Vector") is None
+    # Blender 5 folds a node whose inputs are all constants, a hidden one among them
+    assert source(graph, "TexNoise", "Vector") == ((0.0, 0.0, 0.0) if BLENDER_5 else None)
 
 
 def test_a_colour_through_a_float_socket_turns_grey():

@@ -130,3 +130,30 @@ def test_shadow_rays_tell_the_sheets_they_pass(output, scene):
     sheet("Low", 3, 60, clear)
     sheet("High", 7, 60, clear)
     agree(scene, 0.05)  # Cycles' noise; measured from sheet to sheet the lengths would give 12, not 21
+
+
+def test_coverage_tells_of_emitters_that_only_shadow_rays_pass(scene):
+    """Cycles' own picture then depends on whether it samples the emitter, its far side above all.
+
+    A shining ball that only shadow rays pass: sampled, the floor gets its far side's light as well.
+    """
+    ball = bpy.data.materials.new("Ball")
+    tree = with_nodes(ball)
+    path, mix = tree.nodes.new("ShaderNodeLightPath"), tree.nodes.new("ShaderNodeMixShader")
+    end = tree.nodes.new("ShaderNodeOutputMaterial")
+    for k, kind in enumerate(("Emission", "BsdfTransparent")):
+        tree.links.new(tree.nodes.new("ShaderNode" + kind).outputs[0], mix.inputs[1 + k])
+    tree.links.new(path.outputs["Is Shadow Ray"], mix.inputs["Fac"])
+    tree.links.new(mix.outputs[0], end.inputs["Surface"])
+    floor = bpy.data.materials.new("Floor")
+    shader(with_nodes(floor), "BsdfDiffuse", "Material", Color=WHITE)
+    sheet("Floor", 0, 50, floor)
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2, radius=0.5, location=(3, 0, 1))
+    bpy.context.object.data.materials.append(ball)
+    means = {}
+    for sampling in ("NONE", "AUTO"):
+        ball.cycles.emission_sampling = sampling
+        means[sampling] = camera_view.cycles(scene).mean()
+    assert means["AUTO"] > 1.05 * means["NONE"], means
+    coverage = prepare(export()).materials.coverage
+    assert [e.state for e in coverage if "only shadow rays pass" in e.effect] == ["approximate"]

@@ -167,3 +167,49 @@ def test_groups_in_groups(stage, tree):
     tree.links.new(position(tree), top.inputs["In"])
     tree.links.new(position(tree), top.inputs["By"])
     shown(stage, tree, top.outputs["Out"])
+
+
+def hiding_group(kind, socket, **sockets):
+    """A group around a node, its input "In" (hidden value, unlinked later) linked to a socket of the node."""
+    group = bpy.data.node_groups.new("Hiding", "ShaderNodeTree")
+    group.interface.new_socket("In", in_out="INPUT", socket_type="NodeSocketVector").hide_value = True
+    for name, socket_type in sockets.items():
+        group.interface.new_socket(name, in_out="INPUT", socket_type=f"NodeSocket{socket_type}")
+    group.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketColor")
+    start, inside = new(group, "NodeGroupInput"), new(group, kind)
+    group.links.new(start.outputs["In"], inside.inputs[socket])
+    for name in sockets:
+        if name in inside.inputs:
+            group.links.new(start.outputs[name], inside.inputs[name])
+    group.links.new(inside.outputs[0], new(group, "NodeGroupOutput").inputs["Out"])
+    return group
+
+
+@pytest.mark.parametrize("varies", [False, True])
+@pytest.mark.parametrize("kind", ["TexNoise", "TexVoronoi", "TexChecker"])
+def test_a_hidden_value_is_the_texture_coordinate_only_where_the_node_is_folded(varies, kind, stage, tree):
+    """All inputs constant: flat at (0, 0, 0). A Scale that varies: Generated coordinates."""
+    node = new(tree, "Group", node_tree=hiding_group(kind, "Vector", Scale="Float"))
+    node.inputs["Scale"].default_value = 3.0
+    if varies:
+        tree.links.new(new(tree, "ObjectInfo").outputs["Object Index"], node.inputs["Scale"])
+    shown(stage, tree, node.outputs["Out"])
+
+
+def test_a_hidden_value_reaches_a_socket_that_shows_its_own(stage, tree):
+    node = new(tree, "Group", node_tree=hiding_group("VectorMath", 0))
+    node.inputs["In"].default_value = (0.2, 0.4, 0.6)
+    shown(stage, tree, node.outputs["Out"])
+
+
+def test_a_shader_in_the_place_of_a_value_counts_for_nothing(stage, tree):
+    """Behind a group's colour input the socket inside keeps its own value, not the group node's."""
+    group = hiding_group("VectorMath", 1, Tint="Color")
+    inside = next(n for n in group.nodes if n.bl_idname == "ShaderNodeVectorMath")
+    start = next(n for n in group.nodes if n.bl_idname == "NodeGroupInput")
+    group.links.new(start.outputs["Tint"], inside.inputs[0])
+    inside.inputs[0].default_value = (0.7, 0.1, 0.3)
+    node = new(tree, "Group", node_tree=group)
+    node.inputs["Tint"].default_value = (0.2, 0.5, 0.9, 1.0)
+    tree.links.new(new(tree, "BsdfDiffuse").outputs[0], node.inputs["Tint"])
+    shown(stage, tree, node.outputs["Out"])

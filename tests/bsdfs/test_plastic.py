@@ -42,6 +42,24 @@ def test_white_furnace_gains_nothing(alpha: float, cos: float, nonlinear: float)
         assert albedo.min() >= 0.99
 
 
+@pytest.mark.parametrize("eta", [1.0001, 1.001, 1.01, 1.05, 1.5, 3.0])
+@pytest.mark.parametrize("cos", [1e-3, 0.01, 0.03, 0.1, 0.5])
+def test_white_smooth_plastic_keeps_all_at_any_index_and_angle(eta: float, cos: float) -> None:
+    """F + T = 1 down to grazing, where T falls within less than a table's cell. 0.6 %: R is interpolated."""
+    white = plastic.Params(f32(0.0), f32(eta), f32(1.0, 1.0, 1.0), None, f32(1.0))
+    albedo = checks.directional_albedo(plastic, white, direction(cos), rows=64)
+    np.testing.assert_allclose(albedo, 1.0, atol=6e-3)
+
+
+@pytest.mark.parametrize("eta", [1.0001, 1.001, 1.01, 1.5])
+@pytest.mark.parametrize("cos", [1e-3, 0.01, 0.1, 0.5])
+def test_almost_smooth_plastic_gains_little_at_grazing(eta: float, cos: float) -> None:
+    """Within the first cell of roughness T is a mixture: at cosθ ≤ 0.01 up to 0.18 too much, not 0.8."""
+    white = plastic.Params(f32(0.003), f32(eta), f32(1.0, 1.0, 1.0), None, f32(1.0))
+    albedo = checks.directional_albedo(plastic, white, direction(cos), rows=64)
+    assert albedo.max() <= (1.2 if cos < 0.05 else 1.01)
+
+
 def test_smooth_coat_reflects_as_a_mirror() -> None:
     wi = repeat(direction(0.5), 1000)
     s = plastic.sample(params(0.0), wi, *uniforms(1000))

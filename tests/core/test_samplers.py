@@ -1,5 +1,6 @@
 """Samplers: pure functions of (seed, pixel, sample, dimension), and Sobol' points that are a net."""
 
+import itertools
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -46,16 +47,21 @@ def test_owen_scramble_is_nested_and_a_bijection():
 @pytest.mark.parametrize("pixel", [0, 123_456])
 @pytest.mark.parametrize("m", [4, 8, 12])
 def test_first_two_dimensions_fill_every_elementary_interval(pixel, m):
-    """A (0, m, 2)-net: each box 2⁻ᵃ × 2^(a−m) holds exactly one of 2ᵐ points; scramble and shift keep it."""
-    u = of_pixel(Sobol(9), 2**m, 0, 2, pixel, first=2**m * 3)
-    for a in range(m + 1):
+    """A (0, m, 2)-net: each box 2⁻ᵃ × 2^(a−m) holds exactly one of 2ᵐ points; scramble and shift keep it.
+
+    Even samples are one such sequence, odd ones another.
+    """
+    both = of_pixel(Sobol(9), 2 ** (m + 1), 0, 2, pixel, first=2 ** (m + 1) * 3)
+    for half, a in itertools.product(range(2), range(m + 1)):
+        u = both[:, half::2]
         cell = (u[0] * 2**a).astype(int) * 2 ** (m - a) + (u[1] * 2 ** (m - a)).astype(int)
         assert np.unique(cell).size == 2**m
 
 
 def test_every_dimension_is_stratified():
-    u = of_pixel(Sobol(1), 256, 0, Sobol().dimensions)
-    np.testing.assert_array_equal(np.sort(u * 256 // 1, axis=1), np.tile(np.arange(256), (len(u), 1)))
+    both = of_pixel(Sobol(1), 512, 0, Sobol().dimensions)
+    for u in (both[:, ::2], both[:, 1::2]):
+        np.testing.assert_array_equal(np.sort(u * 256 // 1, axis=1), np.tile(np.arange(256), (len(u), 1)))
 
 
 @pytest.mark.parametrize("name", SAMPLERS)
@@ -152,3 +158,18 @@ def test_errors_of_neighbouring_pixels_are_uncorrelated_under_sobol():
     errors = integrand_variance(Sobol, 16, 3, lambda u: ((u**2).sum(0) < 0.8) * 1.0, 2, 4096, 1) - 0.2 * np.pi
     r = np.corrcoef(errors[:-1], errors[1:])[0, 1]
     assert abs(r) < 5 / np.sqrt(errors.size)
+
+
+def test_even_and_odd_samples_know_nothing_of_each_other():
+    """Errors of the two halves of a pixel, and of one pixel's even with the next one's odd: 0 ± 5/√n.
+
+    Given the scramble, too: seeds one by one, or the halves' difference would not tell the image's error.
+    """
+    n, pixels = 32, 8192
+    for seed in range(3):
+        s = Sobol(seed)
+        state = s.state(np.tile(np.arange(pixels), n), np.repeat(np.arange(n), pixels))
+        u = s.uniforms(state, 3, 2).astype(np.float64)
+        inside = ((u**2).sum(0) < 0.8).reshape(n // 2, 2, pixels).mean(0)
+        for other in (inside[1], np.roll(inside[1], 1)):
+            assert abs(np.corrcoef(inside[0], other)[0, 1]) < 5 / np.sqrt(pixels)

@@ -100,3 +100,11 @@ def test_where_hair_is_not_cycles_is_listed(model: str, effect: str) -> None:
     closure = principled(model=model, Roughness=0.4, Radial_Roughness=0.9, Coat=1.0)
     around = 0.4 if model == "HUANG" else 0.9  # Huang's has one roughness and no coat
     np.testing.assert_allclose(closure.params.s, hair_chiang.scale(np.float32(around)), rtol=1e-5)
+
+
+def test_huangs_lobes_have_strengths() -> None:
+    """None where all are 1, and never below 0; Chiang's model has no such inputs."""
+    assert principled(model="HUANG").params.strength is None
+    weak = principled(model="HUANG", R_lobe=0.5, TT_lobe=-1.0, TRT_lobe=2.0)
+    np.testing.assert_allclose(weak.params.strength[:, 0], [0.5, 0, 2])
+    assert principled(R_lobe=0.5).params.strength is None

@@ -1,9 +1,11 @@
 """Perlin's and Voronoi's lattices: every lane gets the same bits whatever lanes it comes with."""
 
+import itertools
+
 import numpy as np
 import pytest
 
-from pt_engine.nodes import noise_nodes, perlin, voronoi
+from pt_engine.nodes import noise, noise_nodes, perlin, voronoi
 from pt_engine.nodes.hashes import hash_uints
 
 FEW = 7
@@ -24,8 +26,36 @@ def test_perlin_noise_does_not_depend_on_the_batch(dimension, extent):
     together = perlin.signed_noise(many)
     apart = [perlin.signed_noise([p[k : k + 1] for p in many])[0] for k in range(FEW)]
     np.testing.assert_array_equal(together[:FEW], apart)
-    has_grid = perlin.Grid.around(np.floor(np.stack(many))) is not None
-    assert has_grid == (extent == 2)
+    first, last = ([float(np.floor(end(p))) for p in many] for end in (np.min, np.max))
+    assert (perlin.Grid.between(first, last, len(many[0])) is not None) == (extent == 2)
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_blocks_of_perlin_noise_overlap_and_share_buffers(dimension):
+    """More lanes than a block holds, in a room that has seen others: as if each had been alone."""
+    size = (perlin.BLOCK >> dimension) * 2 + 3
+    many, room = points(dimension, 1e4, size), perlin.Room()
+    perlin.signed_noise(points(dimension, 3e6, size), room)
+    together = perlin.signed_noise(many, room)
+    for k in (0, size // 3, size - 4, size - 1):
+        np.testing.assert_array_equal(together[k], perlin.signed_noise([p[k : k + 1] for p in many])[0])
+
+
+@pytest.mark.parametrize("size", [1, 50, 3000])
+def test_octaves_together_are_octaves_one_by_one(size):
+    """Noise of p, λp, λ²p ...: few lanes go several octaves at a time."""
+    many, lacunarity = points(3, 4, size), np.linspace(1.5, 2.5, size, dtype=np.float32)
+    scale = np.ones(1, np.float32)
+    for found in noise.scaled_noises(many, lacunarity, 16):
+        np.testing.assert_array_equal(found, perlin.signed_noise([p * scale for p in many]))
+        scale = scale * lacunarity
+
+
+def test_the_period_is_exact():
+    """p − 100000 trunc(p / 100000) without a rounding, as C's fmod has it, up to where numbers are coarse."""
+    p = np.nextafter(np.float32(1e5) * np.arange(-9, 10, dtype=np.float32), np.float32(np.inf))
+    p = np.concatenate([p, -p, np.geomspace(1, 9e5, 1000, dtype=np.float32)])
+    np.testing.assert_array_equal(perlin._periodic(p), np.fmod(p, np.float32(1e5)))
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
@@ -43,10 +73,12 @@ def test_noise_on_a_lattice_plane_needs_only_the_corners_there(axis, extent):
 def test_the_shortened_hash_has_the_low_bits_of_the_whole(dimension):
     random = np.random.default_rng(0)
     keys = [random.integers(0, 2**32, 1000, np.uint32) for _ in range(dimension)]
-    mask = np.uint32(perlin.GRADIENTS[dimension].shape[1] - 1)
-    expected = hash_uints(*keys) & mask
-    found = perlin._hashed([k.copy() for k in keys], perlin.Work())
-    np.testing.assert_array_equal(found, expected)
+    cells = np.stack(keys)
+    hashes = perlin.Hashes(dimension, tuple(range(dimension)), 1000)
+    for corner in itertools.product((0, 1), repeat=dimension):
+        whole = hash_uints(*(key + np.uint32(step) for key, step in zip(keys, corner, strict=True)))
+        found = hashes.of_corners(cells)[corner[::-1]]  # the first axis is the innermost
+        np.testing.assert_array_equal(found & np.uint32(31), whole & np.uint32(31))
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4])
@@ -66,6 +98,18 @@ def test_voronoi_does_not_depend_on_the_batch(dimension, feature):
             alone = parts(getattr(voronoi, feature)(there, [p[k : k + 1] for p in many]))
             for a, b in zip(together, alone, strict=True):
                 np.testing.assert_array_equal(a[..., k], b[..., 0])
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+@pytest.mark.parametrize("metric", ["EUCLIDEAN", "MINKOWSKI"])
+@pytest.mark.parametrize("randomness", [0, 1])
+def test_the_distance_alone_is_the_distance_of_the_nearest_points(dimension, metric, randomness):
+    """F1 and F2 where colour and place are not asked for; without randomness, of points equally far."""
+    many, one = points(dimension, 30), np.ones(1, np.float32)
+    many = many if randomness else [np.round(2 * p) / 2 for p in many]
+    for feature, whole in (("F1", voronoi.f1), ("F2", voronoi.f2)):
+        settings = voronoi.Settings(feature, metric, 0.5 * one, randomness * one, one)
+        np.testing.assert_array_equal(voronoi.distances(settings, many), whole(settings, many).distance)
 
 
 def parts(found):

@@ -254,8 +254,10 @@ def conversions() -> list[ir.Value]:
     ).value(Link(2, "Color"), 0)
     assert lit is not None
     direction = b.call(vector_nodes.normalized, values[1])  # of the Normal node, which always folds
-    part = b.call(ir.first_component, values[2])  # programs put it in, not nodes
-    return [*values, *made, normal, lit, *direction, *part]
+    part = b.call(ir.first_component, values[2])  # programs put it in, not nodes, as they do the next
+    inputs = [values[1], *values[:1] * 8]
+    distance = b.call(voronoi_nodes.voronoi_distance, *inputs, static=("F2", "EUCLIDEAN", 3, True))
+    return [*values, *made, normal, lit, *direction, *part, *distance]
 
 
 def test_conversions_give_float32() -> None:

@@ -108,6 +108,18 @@ def test_three_hundred_materials_share_a_batch():
     np.testing.assert_allclose(closure.weight.T, albedos[::-1], rtol=1e-6)
 
 
+def test_materials_that_differ_in_what_they_emit_share_a_batch():
+    """A lamp is a surface like others; a batch in which nothing emits has no program for it."""
+    glows = [Node("BsdfPrincipled", "p", {"Emission Strength": power}) for power in (0.0, 2.0, 3.0)]
+    compiled = compile_materials([graph(glow, socket="BSDF") for glow in glows])
+    assert len(compiled.batches) == 1
+    assert not compiled.emission_varies.any()
+    np.testing.assert_allclose(compiled.emission_constant, [[0] * 3, [2] * 3, [3] * 3])
+    dark = compile_materials([graph(glows[0], socket="BSDF")]).batches[0]
+    assert not dark.has_emission
+    assert dark.emission_entry is None
+
+
 def test_one_material_does_nothing_at_run_time():
     compiled = compile_materials([shader("BsdfDiffuse", Color=rgba(0.5))])
     lanes = NodeLanes(n=10)
@@ -257,3 +269,24 @@ def test_noise_is_computed_once_for_its_color_and_its_factor():
     color = emitted(compiled, 0, colors={"A": points})
     squared = emitted(compiled, 1, colors={"A": points})
     np.testing.assert_array_equal(squared, np.float32(color[0]) * color)
+
+
+def test_a_result_that_nothing_reads_costs_nothing():
+    """Of Voronoi's four results the distance alone is less work, and the same."""
+    cells = Node("TexVoronoi", "cells", {"Vector": Link(0, "Color")})
+    compiled = compile_materials(
+        [
+            graph(
+                attribute(),
+                cells,
+                Node("Emission", "lamp", {"Color": Link(1, "Color"), "Strength": strength}),
+            )
+            for strength in (1.0, Link(1, "Distance"))
+        ]
+        + [shining(attribute(), cells, socket="Distance")]
+    )
+    voronoi = [[name for name in steps(compiled, k) if "voronoi" in name] for k in range(3)]
+    assert voronoi == [["voronoi_points"], ["voronoi_points"], ["voronoi_distance"]]
+    points = np.random.default_rng(0).random((3, 50), np.float32) * 10
+    color, product, distance = (emitted(compiled, k, colors={"A": points}) for k in range(3))
+    np.testing.assert_array_equal(product, color * distance)

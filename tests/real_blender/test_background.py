@@ -100,3 +100,20 @@ def test_a_files_scene_without_a_camera_fails_in_words(blender, blend, tmp_path)
     done = blender("-b", blend, "--python-expr", code, "-o", str(tmp_path / "x_"), "-f", "1")
     assert done.returncode != 0
     assert "camera" in done.stdout + done.stderr
+
+
+def test_the_report_is_a_page_or_a_message_that_says_what_is_missing(blender, blend):
+    """Blender's own Python has no Jinja2 unless somebody has installed it."""
+    code = (
+        "import bpy, importlib.util, pathlib\n"
+        "bpy.ops.render.render()\n"
+        "missing = [p for p in ('jinja2', 'matplotlib') if not importlib.util.find_spec(p)]\n"
+        "try:\n"
+        "    print('REPORT', bpy.ops.pt_engine.open_report(), missing)\n"
+        "except RuntimeError as error:\n"
+        "    print('REPORT', missing and missing[0] in str(error) and 'pip install' in str(error))\n"
+    )
+    done = blender.python(code, blend)
+    assert done.returncode == 0, done.stdout + done.stderr
+    told = [line for line in done.stdout.splitlines() if line.startswith("REPORT")]
+    assert told in (["REPORT True"], ["REPORT {'FINISHED'} []"])

@@ -126,14 +126,15 @@ def test_unlimited_samples_go_on_until_told_to_stop(threads):
 
 @THREADS
 def test_a_time_limit_keeps_what_there_is(threads):
-    """0.2 s of unlimited samples: ended soon after, not cancelled, all of it in the film."""
+    """0.2 s of unlimited samples: kept to half a unit, not cancelled, all of it in the film."""
     started = time.perf_counter()
     result = render(scene(), settings(threads=threads, samples=0, seconds=0.2))
     took = time.perf_counter() - started
-    assert 0.2 <= took < 3  # a unit takes a millisecond; the rest is a slow machine's
+    assert 0.1 <= took < 3  # a unit takes a millisecond; on a machine at work some take a hundred
     assert not result.cancelled
     assert result.film.counts().sum() == result.progress.camera_samples > 0
-    assert result.progress.fraction == 1
+    assert result.progress.fraction > 0.9
+    assert result.stopped_by == "time"
 
 
 @THREADS
@@ -173,6 +174,26 @@ def test_a_failure_in_a_worker_arrives_in_the_caller(threads):
     assert len(done) <= 2 + threads
     # the third call may be that of any unit in flight, and as many again may have begun behind it
     assert Failing.calls <= 3 + 2 * threads
+
+
+def test_stopped_at_any_of_200_moments_a_render_is_sound():
+    """After any number of polls, with one to three threads: some whole units, finite, and counted right."""
+    rng = np.random.default_rng(5)
+    cancelled = 0
+    for threads, polls in zip(rng.integers(1, 4, 200), rng.integers(0, 24, 200), strict=True):
+        left = iter(range(int(polls)))
+        result = render(
+            scene(),
+            settings(threads=int(threads), lanes=256),
+            should_stop=lambda left=left: next(left, None) is None,
+        )
+        cancelled += result.cancelled
+        counts = result.film.counts()
+        assert counts.sum() == result.progress.camera_samples > 0
+        assert counts.max() <= 16
+        assert np.isfinite(result.image()).all()
+        assert not [t.name for t in threading.enumerate() if t.name.startswith("pt_engine")]
+    assert 100 < cancelled < 200
 
 
 @THREADS

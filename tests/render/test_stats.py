@@ -94,7 +94,7 @@ def test_the_error_is_a_number_with_an_interval_around_it():
         low, high = error[f"{name}_ci95"]
         assert 0 < low < error[name] < high
     single = told(room(make.diffuse(0.5)), samples=1)[0]["error"]
-    assert single == {"mse": None, "mse_ci95": None, "relmse": None, "relmse_ci95": None}
+    assert set(single.values()) == {None}
 
 
 def test_the_error_is_that_of_other_seeds():

@@ -27,11 +27,11 @@ GREY = make.diffuse(0.5)
 def with_all_layers(snapshot):
     """A prepared scene with every attribute table, whatever its materials read."""
     scene, geometry = prepare(snapshot), flatten(snapshot)
-    scene._layers["uv", "map"] = uv_layer(snapshot, geometry, "map")
-    scene._layers["color", "paint"] = color_layer(snapshot, geometry, "paint")
-    scene._layers["generated", ""] = generated_layer(snapshot, geometry)
-    scene._layers["position", ""] = position_layer(snapshot, geometry)
-    scene._layers["tangent", "map"] = tangent_layer(snapshot, geometry, "map")
+    scene.layers["uv", "map"] = uv_layer(snapshot, geometry, "map")
+    scene.layers["color", "paint"] = color_layer(snapshot, geometry, "paint")
+    scene.layers["generated", ""] = generated_layer(snapshot, geometry)
+    scene.layers["position", ""] = position_layer(snapshot, geometry)
+    scene.layers["tangent", "map"] = tangent_layer(snapshot, geometry, "map")
     return scene
 
 

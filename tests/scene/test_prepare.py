@@ -12,7 +12,7 @@ from support.rooms import MIRROR, ROUGH, half_transparent
 
 from pt_engine.render.integrator import INTEGRATORS
 from pt_engine.scene.prepare import prepare
-from pt_engine.scene.snapshot import Graph, LightData, Link, Node, Visibility
+from pt_engine.scene.snapshot import Graph, LightData, Link, Node
 
 UP = np.eye(4)
 CAMERA = make.perspective((0, -5, 0), (0, 0, 0))
@@ -187,14 +187,3 @@ def test_a_sky_for_the_camera_lights_nothing():
 
 def test_every_integrator_of_the_ladder_is_tested_on_nothing():
     assert set(LADDER) <= set(INTEGRATORS)
-
-
-def test_objects_hidden_from_some_rays_are_named():
-    """They are seen by all rays for now: the coverage says so, once for each object."""
-    snapshot = under(make.emission(1.0), GREY)
-    assert not [c for c in prepare(snapshot).coverage if c.node == "ray visibility"]
-    bits = snapshot.instances.visibility.copy()
-    bits[0] &= ~np.uint8(Visibility.CAMERA)
-    snapshot = replace(snapshot, instances=replace(snapshot.instances, visibility=bits))
-    found = [c for c in prepare(snapshot).coverage if c.node == "ray visibility"]
-    assert [(c.material, c.state) for c in found] == [(f"Object {snapshot.instances.names[0]}", "ignored")]

@@ -274,6 +274,44 @@ def test_endless_nesting_is_refused():
         loaded(stream.getvalue())
 
 
+def moving_snapshot():
+    """The small one with an instance, its mesh and the camera in motion."""
+    still = small_snapshot()
+    mesh = still.meshes[0]
+    motion = data.Motion(
+        np.array([0, 1, 0.5], np.float32),
+        (data.InstanceMotion(np.array([1], np.int32), np.stack([still.instances.matrix] * 3)[None, :, 1]),),
+        (data.MeshMotion(0, np.stack([mesh.vertices] * 2), np.stack([mesh.normals] * 2)),),
+        (still.camera, still.camera),
+    )
+    return dataclasses.replace(still, motion=motion)
+
+
+def test_a_motion_comes_back_as_it_was():
+    assert_same(loaded(saved(moving_snapshot())), moving_snapshot())
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"shutter": np.ones(1, np.float32)},
+        {"instances": (data.InstanceMotion(np.array([7], np.int32), np.zeros((1, 3, 4, 4))),)},
+        {"instances": (data.InstanceMotion(np.array([0], np.int32), np.zeros((1, 1, 4, 4))),)},
+        {"instances": (data.InstanceMotion(np.array([0], np.int32), np.zeros((2, 3, 4, 4))),)},
+        {"meshes": (data.MeshMotion(3, np.zeros((2, 8, 3), np.float32)),)},
+        {"meshes": (data.MeshMotion(0, np.zeros((2, 8, 3), np.float32)),)},
+        {"meshes": (data.MeshMotion(0, *[np.zeros((2, 7, 3), np.float32)] * 2),)},
+        {"meshes": (data.MeshMotion(0, *[np.zeros((1, 8, 3), np.float32)] * 2),)},
+        {"cameras": (small_snapshot().camera,)},
+    ],
+)
+def test_motions_that_do_not_fit_are_refused(change):
+    whole = moving_snapshot()
+    wrong = dataclasses.replace(whole, motion=dataclasses.replace(whole.motion, **change))
+    with pytest.raises(SnapshotError, match="malformed"):
+        loaded(saved(wrong))
+
+
 def test_what_a_snapshot_cannot_hold_is_refused_on_saving():
     snapshot = dataclasses.replace(small_snapshot(), unsupported=(object(),))
     with pytest.raises(SnapshotError, match="can't hold"):

@@ -125,7 +125,7 @@ def test_without_random_numbers_all_is_open() -> None:
     lanes = looks(scene, (0.01, 0, 0.5), 7)
     bare = Lanes(scene, lanes.si, Arrivals.by(1, 7), False)
     assert (value(scene, bare) == 1).all()
-    assert bare.bevelled(np.ones(1, np.float32), 4, 0) is bare.ns
+    assert bare.bevelled(np.ones(1, np.float32), 4, 0, bare.ns) is bare.ns
 
 
 def test_lanes_do_not_depend_on_their_neighbours() -> None:
@@ -137,7 +137,9 @@ def test_lanes_do_not_depend_on_their_neighbours() -> None:
     part = Lanes(scene, lanes.si.take(some), came, False)
     np.testing.assert_array_equal(value(scene, lanes)[:, some], value(scene, part))
     radius = np.full(1, 0.3, np.float32)
-    np.testing.assert_array_equal(lanes.bevelled(radius, 3, 9)[:, some], part.bevelled(radius, 3, 9))
+    np.testing.assert_array_equal(
+        lanes.bevelled(radius, 3, 9, lanes.ns)[:, some], part.bevelled(radius, 3, 9, part.ns)
+    )
 
 
 def test_numbers_are_uniform_and_keyed() -> None:
@@ -171,9 +173,9 @@ def test_a_bevel_leaves_planes_and_tilts_edges() -> None:
     """In the middle of a box's face the normal is the face's; on its edge it is the mean of two faces'."""
     scene = prepare(make.scene([(make.box(), np.eye(4), ROUND)], CAMERA))
     flat = looks(scene, (0.1, 0.2, 3.0), 200)
-    np.testing.assert_allclose(flat.bevelled(np.full(1, 0.3, np.float32), 4, 1), flat.ns, atol=1e-5)
+    np.testing.assert_allclose(flat.bevelled(np.full(1, 0.3, np.float32), 4, 1, flat.ns), flat.ns, atol=1e-5)
     edge = looks(scene, (1 - 1e-4, 0.2, 3.0), 200)
-    normal = edge.bevelled(np.full(1, 0.3, np.float32), 256, 1).mean(axis=1)
+    normal = edge.bevelled(np.full(1, 0.3, np.float32), 256, 1, edge.ns).mean(axis=1)
     np.testing.assert_allclose(normal[0], normal[2], atol=0.02)
     assert abs(normal[1]) < 0.02
     assert normal[0] > 0.6
@@ -187,7 +189,9 @@ def test_a_bevel_stops_at_the_object() -> None:
     n = 300
     si = shoot(scene, np.tile([0.5, 0.2, 1.05], (n, 1)), np.tile([0.0, 0, -1], (n, 1))).si
     lanes = Lanes(scene, si, Arrivals.by(1, n)._replace(noise=noise(n)), False)
-    np.testing.assert_allclose(lanes.bevelled(np.full(1, 0.4, np.float32), 4, 1), lanes.ns, atol=1e-5)
+    np.testing.assert_allclose(
+        lanes.bevelled(np.full(1, 0.4, np.float32), 4, 1, lanes.ns), lanes.ns, atol=1e-5
+    )
 
 
 def test_blurred_paths_do_without_bevels() -> None:
@@ -196,7 +200,7 @@ def test_blurred_paths_do_without_bevels() -> None:
     lanes = looks(scene, (1 - 1e-4, 0.2, 3.0), 50)
     came = Arrivals.by(1, 50)._replace(noise=noise(50), sharpness=np.full(50, 7.9, np.float32))
     blurred = Lanes(scene, lanes.si, came, False)
-    np.testing.assert_array_equal(blurred.bevelled(np.full(1, 0.3, np.float32), 4, 1), blurred.ns)
+    np.testing.assert_array_equal(blurred.bevelled(np.full(1, 0.3, np.float32), 4, 1, blurred.ns), blurred.ns)
 
 
 @pytest.mark.parametrize("threads", [1, 3])

@@ -70,7 +70,11 @@ def by_engine(samples: int, size: tuple[int, int], **more: Any) -> Pair:
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = size
     scene.render.resolution_percentage = 100
-    ours = prepare(export_scene(bpy.context.evaluated_depsgraph_get()), scene.render.film_transparent)
+    snapshot = export_scene(
+        bpy.context.evaluated_depsgraph_get(),
+        frame_set=lambda frame, part: scene.frame_set(frame, subframe=part),
+    )
+    ours = prepare(snapshot, scene.render.film_transparent)
     images = []
     options: dict[str, Any] = {
         "max_depth": BOUNCES + 2,  # Cycles counts the bounces between the first surface and the last

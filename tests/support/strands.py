@@ -42,19 +42,25 @@ def cloud(points, radius, **more):
 def snapshot(curves=(), points=(), matrices=None, material=None, camera=None, world=None):
     """Curves and points, all of one material, and a speck far below."""
     camera = camera or make.perspective((0, -5, 0), (0, 0, 0))
-    base = make.scene([FAR_AWAY[:2] + (material or FAR_AWAY[2],)], camera, sky=world)
-    rows, count = base.instances, len(curves) + len(points)
+    return among(
+        make.scene([FAR_AWAY[:2] + (material or FAR_AWAY[2],)], camera, sky=world), curves, points, matrices
+    )
+
+
+def among(base, curves=(), points=(), matrices=None):
+    """Curves and points of the first object's material, ahead of all that a scene has."""
+    rows, count, others = base.instances, len(curves) + len(points), len(base.meshes)
     own = np.stack([np.eye(4)] * count) if matrices is None else np.asarray(matrices, np.float64)
-    order = np.r_[1 : count + 1, 0]  # what is round comes first, so that it has to be put last
+    every = count + len(rows.mesh)
     instances = Instances(
-        mesh=np.concatenate([rows.mesh, np.arange(1, count + 1, dtype=np.int32)])[order],
-        matrix=np.concatenate([rows.matrix, own])[order],
-        materials=np.repeat(rows.materials[:1], count + 1, axis=0),
-        random=np.zeros(count + 1, np.float32),
-        color=np.ones((count + 1, 4), np.float32),
-        pass_index=np.zeros(count + 1, np.int32),
-        visibility=np.full(count + 1, 63, np.uint8),
-        names=(*["round"] * count, "speck"),
+        mesh=np.concatenate([np.arange(others, others + count, dtype=np.int32), rows.mesh]),
+        matrix=np.concatenate([own, rows.matrix]),
+        materials=np.concatenate([np.repeat(rows.materials[:1], count, axis=0), rows.materials]),
+        random=np.zeros(every, np.float32),
+        color=np.ones((every, 4), np.float32),
+        pass_index=np.zeros(every, np.int32),
+        visibility=np.concatenate([np.full(count, 63, np.uint8), rows.visibility]),
+        names=(*(f"round {k}" for k in range(count)), *rows.names),
     )
     return replace(base, instances=instances, curves=tuple(curves), points=tuple(points))
 

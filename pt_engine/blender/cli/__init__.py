@@ -19,6 +19,7 @@ from .terminal import Chatter, silence_blender
 def main(argv: Sequence[str] | None = None) -> int:
     """Carry out a command; the exit code."""
     arguments = parser().parse_args(argv)
+    arguments.words = list(sys.argv[1:] if argv is None else argv)
     try:
         if arguments.command == "selftest":  # without Blender
             from ...selftest.command import selftest

@@ -37,6 +37,7 @@ def parser() -> argparse.ArgumentParser:
         "--png", type=path_ending("png"), metavar="P.png", help="through the file's view transform"
     )
     output.add_argument("--stats", type=Path, metavar="S.json", help="statistics (docs/stats.md)")
+    output.add_argument("--report", type=path_ending("html"), metavar="P.html", help="a page to read")
     output.add_argument("--progress", action="store_true", help="a progress bar even without a terminal")
     output.add_argument("--quiet", action="store_true", help="only errors")
 
@@ -58,6 +59,7 @@ def parser() -> argparse.ArgumentParser:
         "--sample", type=whole(0), required=True, metavar="N", help="the sample's number, from 0"
     )
     add_inspections(commands)
+    add_accuracy(commands)
 
     selftest = commands.add_parser(
         "selftest",
@@ -93,6 +95,57 @@ def add_inspections(commands) -> None:
     explain.add_argument("material", metavar="MATERIAL")
 
 
+def add_accuracy(commands) -> None:
+    """The commands that say what accuracy costs."""
+    compare = commands.add_parser(
+        "compare",
+        allow_abbrev=False,
+        help="estimators and settings side by side on a .blend; or two images",
+        description="Integrators, samplers, roulette, depths and light selection at equal time and at equal "
+        "samples: error, slope, efficiency, bias, and what each cannot see. --seconds are CPU core seconds "
+        "of each run (default 4). With two images: MSE, relMSE, FLIP, and a z-test where they have a pass "
+        "Standard Error; the second is the reference.",
+    )
+    compare.add_argument("--seeds", type=whole(1), default=4, metavar="N", help="runs of each (default 4)")
+    compare.add_argument(
+        "--only",
+        action="append",
+        default=[],
+        metavar="WORD",
+        help="leave out what has no such word in its name; may be repeated",
+    )
+    compare.add_argument("--reference", type=path_ending("exr"), metavar="R.exr", help="in place of our own")
+    compare.add_argument(
+        "--reference-error",
+        type=positive,
+        default=0.01,
+        metavar="E",
+        help="relative RMS error that our own reference is made to (default 0.01)",
+    )
+    compare.add_argument(
+        "--reference-seconds",
+        type=positive,
+        default=60.0,
+        metavar="S",
+        help="but for no more core seconds than that (default 60)",
+    )
+    compare.add_argument("--no-cache", action="store_true", help="keep no reference for the next time")
+    whatif = commands.add_parser(
+        "whatif",
+        allow_abbrev=False,
+        help="what each effect of a .blend costs, and what it does to the image",
+        description="Renders with one effect at a time taken out: soft shadows, depth of field, glossy "
+        "bounces, caustics, transparency ... --seconds are CPU core seconds of each render (default 4).",
+    )
+    for command in (compare, whatif):
+        add_scene_options(command)
+        output = command.add_argument_group("output")
+        output.add_argument("--json", type=Path, metavar="F.json", help="the results as JSON; - for here")
+        output.add_argument("--report", type=path_ending("html"), metavar="P.html", help="a page to read")
+        output.add_argument("--quiet", action="store_true", help="no progress")
+    compare.add_argument("other", type=Path, nargs="?", metavar="B.exr", help="compares image FILE with it")
+
+
 def add_scene_options(command: argparse.ArgumentParser) -> None:
     """The file, and what of it is changed for this render."""
     command.add_argument("file", type=Path, metavar="FILE.blend")
@@ -103,6 +156,19 @@ def add_scene_options(command: argparse.ArgumentParser) -> None:
     scene.add_argument("--size", type=pair("x", least=1), metavar="WxH", help="in pixels, at 100 %%")
     scene.add_argument("--samples", type=whole(0), metavar="N", help="per pixel; 0 for no limit")
     scene.add_argument("--seconds", type=positive, metavar="S", help="time limit; 0 for none")
+    scene.add_argument(
+        "--target-error",
+        type=positive,
+        metavar="E",
+        help="relative error at which the render ends, 0.01 for 1 %%; no limit of samples unless given",
+    )
+    scene.add_argument(
+        "--target-percentile", type=positive, metavar="P", help="... of P %% of the pixels, not of the image"
+    )
+    scene.add_argument("--min-samples", type=whole(4), metavar="N", help="before the error decides anything")
+    scene.add_argument(
+        "--adaptive", action="store_true", help="pixels with little noise around them stop early"
+    )
     scene.add_argument("--seed", type=whole(0), metavar="K")
     scene.add_argument("--threads", type=whole(0), metavar="N", help="0 for one per core")
     scene.add_argument("--integrator", metavar="NAME")
@@ -144,7 +210,7 @@ def positive(text: str) -> float:
     """A finite number of at least 0."""
     value = float(text)
     if not 0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text} is not a time")
+        raise argparse.ArgumentTypeError(f"{text} is not a finite number of at least 0")
     return value
 
 

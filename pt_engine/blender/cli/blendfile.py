@@ -10,8 +10,14 @@ import bpy
 from ...render.integrator import INTEGRATORS
 from .. import plugins
 from ..compatibility import ENGINE
+from ..settings import endless
 from .failure import Failure, UsageError
 from .terminal import unechoed
+
+VALUES = (
+    *("samples", "seconds", "target_error", "target_percentile", "min_samples"),
+    *("seed", "max_depth", "integrator"),
+)
 
 
 def open_scene(arguments):
@@ -77,15 +83,20 @@ def apply(scene, arguments) -> None:
     if arguments.threads is not None:
         render.threads_mode = "FIXED" if arguments.threads else "AUTO"
         render.threads = arguments.threads or render.threads
-    for key in ("samples", "seconds", "seed", "max_depth", "integrator"):
+    if arguments.target_error and arguments.samples is None:
+        own.samples = 0  # the file's number is no limit to an error that is asked for by name
+    for key in VALUES:
         if (value := getattr(arguments, key)) is not None:
             assign(own, key, str(value))
-    if arguments.strict:
-        own.strict = True
+    for key in ("strict", "adaptive"):
+        if getattr(arguments, key):
+            setattr(own, key, True)
+    if arguments.target_percentile is not None:
+        own.target_of = "PIXELS"
     for key, text in arguments.assignments:
         assign(own, key, text)
-    if own.samples == 0 and own.seconds == 0:
-        raise UsageError("neither samples nor seconds are limited: this render would never end")
+    if endless(own):
+        raise UsageError("neither samples, seconds nor error are limited: this render would never end")
 
 
 def assign(own, key: str, text: str) -> None:

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import time
-from contextlib import contextmanager
-
-import bpy
 
 from ...render.replay import replay
 from .. import registration
-from ..record import Observer, RenderRecord, Session, write_json
+from ..pages import write_page
+from ..record import Observer, write_json
 from .blendfile import choose_view_layer, open_scene
+from .comparison import compare_command, page_for, whatif_command
+from .drive import run_engine
 from .failure import Failure
 from .inspection import coverage_command, explain_command
 from .output import check_writable, save_exr, save_png
-from .terminal import Terminal, closing_line, unechoed
+from .terminal import Terminal, closing_line
 
 
 def render_command(arguments) -> None:
     """Render a frame; write EXR, PNG and statistics; say how it went."""
     registration.register()
     outputs = [path for path in (arguments.output, arguments.png, arguments.stats) if path]
+    page = page_for(arguments)
     scene = open_scene(arguments)
     for path in outputs:
         check_writable(path)
@@ -32,12 +33,14 @@ def render_command(arguments) -> None:
     rendered = time.perf_counter()
     save_exr(arguments.output, scene)
     if arguments.png:
-        save_png(arguments.png, scene)
+        save_png(arguments.png, scene, record.has_holes)
     statistics = record.statistics()
     statistics["seconds"]["write"] = time.perf_counter() - rendered
     statistics["seconds"]["total"] = time.perf_counter() - started
     if arguments.stats:
         write_json(arguments.stats, statistics)
+    if page:
+        write_page(arguments.report, scene, statistics, terminal.error_picture)
     if not arguments.quiet:
         print(closing_line(arguments.output, statistics))
 
@@ -51,35 +54,6 @@ def replay_command(arguments) -> None:
     print("\n".join(observer.lines))
 
 
-def run_engine(scene, view_layer: str, observer) -> RenderRecord:
-    """Render the scene with Blender's operator while `observer` follows."""
-    Session.last = None
-    with following(observer):
-        try:
-            with unechoed():
-                bpy.ops.render.render(scene=scene.name, layer=view_layer)
-        except RuntimeError as error:
-            raise Failure(observer.failure or plain(error)) from error
-    if observer.failure or Session.last is None:
-        raise Failure(observer.failure or "Blender did not call the engine")
-    return Session.last
-
-
-def plain(error: Exception) -> str:
-    """Blender's own words without its prefix."""
-    return str(error).strip().removeprefix("Error: ")
-
-
-@contextmanager
-def following(observer: Observer):
-    """`observer` follows the renders inside."""
-    before, Session.observer = Session.observer, observer
-    try:
-        yield
-    finally:
-        Session.observer = before
-
-
 class Replaying(Observer):
     """Takes the prepared scene and walks one path in it in place of the render."""
 
@@ -88,7 +62,7 @@ class Replaying(Observer):
         self.lines: list[str] = []
         self.failure = ""
 
-    def takes_over(self, scene, settings) -> bool:
+    def takes_over(self, scene, settings, snapshot) -> bool:
         try:
             self.lines = list(replay(scene, settings, self.x, self.y, self.sample).lines())
         except ValueError as error:
@@ -107,4 +81,6 @@ COMMANDS = {
     "replay": replay_command,
     "coverage": coverage_command,
     "explain": explain_command,
+    "compare": compare_command,
+    "whatif": whatif_command,
 }

@@ -52,6 +52,6 @@ def snapshot_of(arguments):
     with bpy.context.temp_override(scene=scene, view_layer=layer):
         depsgraph = bpy.context.evaluated_depsgraph_get()
     try:
-        return export_scene(depsgraph)
+        return export_scene(depsgraph, frame_set=lambda frame, part: scene.frame_set(frame, subframe=part))
     except ExportError as error:
         raise Failure(str(error)) from error

@@ -37,13 +37,16 @@ def save_exr(path: Path, scene) -> None:
     save(path, scene)
 
 
-def save_png(path: Path, scene) -> None:
-    """The render result as Blender shows it: through the file's view transform, exposure and look."""
+def save_png(path: Path, scene, has_holes: bool) -> None:
+    """The render result as Blender shows it: through the file's view transform, exposure and look.
+
+    With an alpha channel where the film is transparent or holdouts have cut holes into it.
+    """
     image = scene.render.image_settings
     if hasattr(image, "media_type"):
         image.media_type = "IMAGE"
     image.file_format = "PNG"
-    image.color_mode = "RGBA" if scene.render.film_transparent else "RGB"
+    image.color_mode = "RGBA" if scene.render.film_transparent or has_holes else "RGB"
     image.color_depth, image.compression = "8", 15
     save(path, scene)
 

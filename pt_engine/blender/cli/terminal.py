@@ -9,6 +9,7 @@ import signal
 import sys
 from contextlib import nullcontext, redirect_stdout
 
+from ...report.error_picture import error_picture
 from ..record import Observer
 from ..words import count, duration, estimated_error, status
 
@@ -54,6 +55,7 @@ class Terminal(Observer):
     """Follows a render on stderr, and stops it at Ctrl-C."""
 
     def __init__(self, quiet: bool = False, bar: bool = False) -> None:
+        self.error_picture = None
         self.quiet = quiet
         self.bar = (bar or sys.stderr.isatty()) and not quiet
         self.next_told = 0.0 if self.bar else FIRST_LINE
@@ -81,6 +83,9 @@ class Terminal(Observer):
         else:
             self.next_told = progress.elapsed * LINE_GROWTH
             print(f"{progress.fraction:4.0%}  {status(progress)}", file=sys.stderr, flush=True)
+
+    def on_film(self, film) -> None:
+        self.error_picture = error_picture(film)
 
     def should_stop(self) -> bool:
         return self.interrupted

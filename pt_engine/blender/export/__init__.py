@@ -1,5 +1,6 @@
 """Blender's evaluated scene becomes a snapshot: `export_scene(depsgraph)`."""
 
-from .scene import ExportError, export_scene
+from .failure import ExportError
+from .scene import export_scene
 
 __all__ = ["ExportError", "export_scene"]

@@ -8,15 +8,26 @@ The framing follows Blender's own rules (sensor fit, pixel aspect, shift in unit
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
-from ...scene.snapshot import CameraData
+from ...scene.snapshot import CameraData, Stereo
+from .failure import ExportError
 from .panorama import panorama_settings
 
 MILLIMETRE = 1e-3
 
 
-def export_camera(camera_object, render, *, size=None, unsupported) -> CameraData:
+class Eye(NamedTuple):
+    """One eye of a stereo camera: its place, its shift, and what turns with each ray (or None)."""
+
+    matrix: Any
+    shift_x: float
+    stereo: Stereo | None
+
+
+def export_camera(camera_object, render, *, size=None, unsupported, eye=None) -> CameraData:
     """The camera of an evaluated object.
 
     Parameters
@@ -29,20 +40,33 @@ def export_camera(camera_object, render, *, size=None, unsupported) -> CameraDat
         Full image size in pixels, where it isn't the render settings'.
     unsupported : list
         What the engine can't do is appended as (where, what, effect).
+    eye : Eye, optional
+        Of a stereo camera; the place in focus is the camera's own.
+
+    Raises
+    ------
+    ExportError
+        The camera is an OSL shader.
     """
     camera = camera_object.data
+    if camera.type == "CUSTOM":
+        raise ExportError(
+            f"camera {camera_object.name!r} is an OSL shader, which this engine can't run: "
+            "choose another lens type in the camera's panel"
+        )
     matrix = np.array(camera_object.matrix_world, np.float64)
     radius, focus = thin_lens(camera, matrix)
+    if eye is not None:
+        matrix = np.array(eye.matrix, np.float64)
     ratio = pixel_ratio(render, size)
-    kind = camera.type if camera.type in ("PERSP", "ORTHO", "PANO") else "PERSP"
-    view = panorama_settings(camera, *ratio) if kind == "PANO" else {"frame": image_frame(camera, *ratio)}
+    kind = camera.type
+    shift = camera.shift_x if eye is None else eye.shift_x
+    view = (
+        panorama_settings(camera, *ratio) if kind == "PANO" else {"frame": image_frame(camera, shift, *ratio)}
+    )
     where = f"Camera {camera_object.name}"
     if kind == "PANO" and view["panorama"] != camera.panorama_type:
         unsupported.append((where, f"panorama {camera.panorama_type}", "rendered as an equirectangular one"))
-    if render.use_multiview:
-        unsupported.append((where, "stereoscopy", "rendered from the middle"))
-    if camera.type == "CUSTOM":
-        unsupported.append((where, "custom camera shader", "rendered as a perspective view"))
     return CameraData(
         kind=kind,
         matrix=without_scale(matrix),
@@ -52,6 +76,7 @@ def export_camera(camera_object, render, *, size=None, unsupported) -> CameraDat
         blades=camera.dof.aperture_blades,
         blade_rotation=camera.dof.aperture_rotation,
         aperture_ratio=camera.dof.aperture_ratio,
+        stereo=None if eye is None else eye.stereo,
         **view,
     )
 
@@ -71,7 +96,7 @@ def full_size(render) -> tuple[int, int]:
     )
 
 
-def image_frame(camera, width: float, height: float) -> tuple[float, float, float, float]:
+def image_frame(camera, shift_x: float, width: float, height: float) -> tuple[float, float, float, float]:
     """Left, right, bottom, top: at distance 1 for a perspective, in metres for an orthographic camera."""
     fit = camera.sensor_fit
     horizontal = width > height if fit == "AUTO" else fit == "HORIZONTAL"
@@ -82,7 +107,7 @@ def image_frame(camera, width: float, height: float) -> tuple[float, float, floa
         sensor = camera.sensor_height if fit == "VERTICAL" else camera.sensor_width
         extent = sensor / camera.lens
     half_width, half_height = 0.5 * extent * width / fitted, 0.5 * extent * height / fitted
-    x, y = camera.shift_x * extent, camera.shift_y * extent
+    x, y = shift_x * extent, camera.shift_y * extent
     return x - half_width, x + half_width, y - half_height, y + half_height
 
 

@@ -9,32 +9,45 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import bpy
+
 from ...scene.snapshot import Link
 from .node_props import plain
 
+BLENDER_5 = bpy.app.version >= (5, 0, 0)
 VALUE_TYPES = {"VALUE", "INT", "BOOLEAN", "VECTOR", "RGBA", "STRING", "MENU", "ROTATION", "MATRIX"}
 SCALARS = {"VALUE", "INT", "BOOLEAN"}
 LUMA = (0.2126, 0.7152, 0.0722)
 
 
 class Feed(NamedTuple):
-    """What reaches a socket: a link, or (link None) a constant; `type` is the socket type it has by now."""
+    """What reaches a socket: a link, or (link None) a constant; `type` is the socket type it has by now.
+
+    `hidden`: the constant is a value that its group node doesn't show, unconverted (see `folding`).
+    """
 
     link: Link | None
     constant: object
     type: str
+    hidden: bool = False
 
 
 def own_value(socket):
     """The value of an unlinked socket: None where it is hidden or has none."""
-    if socket.hide_value or socket.type not in VALUE_TYPES or not hasattr(socket, "default_value"):
+    return None if socket.hide_value else value_of(socket)
+
+
+def value_of(socket):
+    """A socket's value, shown or not; None where it has none."""
+    if socket.type not in VALUE_TYPES or not hasattr(socket, "default_value"):
         return None
     return plain(socket.default_value)
 
 
 def constant_of(socket) -> Feed | None:
-    value = own_value(socket)
-    return None if value is None else Feed(None, value, socket.type)
+    """What an unlinked input of a group hands in; before Blender 5 nothing where its value is hidden."""
+    value = value_of(socket) if BLENDER_5 else own_value(socket)
+    return None if value is None else Feed(None, value, socket.type, socket.hide_value)
 
 
 def converted(flattener, feed: Feed | None, to: str) -> Feed | None:

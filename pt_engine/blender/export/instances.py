@@ -17,6 +17,7 @@ import numpy as np
 from ...scene.snapshot import Instances, Visibility
 from .curves import curve_shape, export_curves, export_strands, hair_systems
 from .lights import export_light
+from .linking import Links
 from .meshes import export_mesh
 from .needs import Needs, graph_needs, union
 from .placed import PlacedAttributes
@@ -43,6 +44,7 @@ class Look(NamedTuple):
     color: tuple[float, ...]
     pass_index: int
     name: str
+    sets: tuple[int, int, int]
 
 
 @dataclass
@@ -58,11 +60,12 @@ class Collector:
     curves: list = field(default_factory=list)
     points: list = field(default_factory=list)
     lights: list = field(default_factory=list)
+    linking: object = None
     needs: dict = field(default_factory=dict)
 
     def __post_init__(self):
         self.view_layer = self.depsgraph.view_layer_eval
-        self._seen: dict = {}
+        self.links = Links(self.depsgraph)
         self._slots: dict = {}
         self._mesh_number: dict = {}
         self.viewport = self.depsgraph.mode == "VIEWPORT"
@@ -70,7 +73,7 @@ class Collector:
         self._graph_needs: dict = {}
 
     def run(self) -> Instances:
-        """All instances; fills `meshes` and `lights`."""
+        """All instances; fills `meshes`, `lights`, `linking`, and `rows`: where the depsgraph has each."""
         self.learn_materials()
         rows: list[int] = []
         looks: list[Look] = []
@@ -94,7 +97,9 @@ class Collector:
                         placed.add(instance)
             elif kind in NOT_RENDERED:
                 self.unsupported.append((f"Object {owner.name}", NOT_RENDERED[kind], "missing in the image"))
-        return self.table(np.array(rows, np.intp), looks, placed.table())
+        self.linking = self.links.table([look.sets for look in looks])
+        self.rows = np.array(rows, np.intp)
+        return self.table(self.rows, looks, placed.table())
 
     @staticmethod
     def key(instance, owner):
@@ -147,6 +152,7 @@ class Collector:
             tuple((instance.parent if instance.is_instance else owner).color),  # an instancer's, as in Cycles
             owner.pass_index,
             owner.name,
+            self.links.sets(owner, instance.parent),
         )
 
     def geometry(self, instance, owner, data: int, hair: bool) -> int:
@@ -176,7 +182,8 @@ class Collector:
 
     def light(self, instance) -> None:
         visibility = self.visibility(instance, instance.object)
-        light = export_light(instance, visibility, self.images, self.unsupported)
+        group = self.links.sets(instance.object, instance.parent)[2]
+        light = export_light(instance, visibility, group, self.images, self.unsupported)
         if light is not None:
             self.lights.append(light)
 
@@ -187,22 +194,13 @@ class Collector:
         if parent is not None and parent != owner:
             bits &= ray_visibility(parent)
         real = (parent or owner).original
-        if real.indirect_only_get(view_layer=self.depsgraph.view_layer):
+        if real.holdout_get(view_layer=self.depsgraph.view_layer) or owner.is_holdout:
+            bits |= Visibility.HOLDOUT
+        elif real.indirect_only_get(view_layer=self.depsgraph.view_layer):
             bits &= ~Visibility.CAMERA
-        self.note_once(owner, real)
+        if owner.is_shadow_catcher and owner.type != "LIGHT":
+            bits |= Visibility.CATCHER
         return bits
-
-    def note_once(self, owner, real) -> None:
-        """Name what makes an object look otherwise in Cycles."""
-        effects = {
-            "holdout": real.holdout_get(view_layer=self.depsgraph.view_layer) or owner.is_holdout,
-            "shadow catcher": owner.is_shadow_catcher and owner.type == "MESH",
-        }
-        for effect, on in effects.items():
-            entry = (f"Object {owner.name}", effect, "rendered as an ordinary object")
-            if on and entry not in self._seen:
-                self._seen[entry] = True
-                self.unsupported.append(entry)
 
     def final_number(self, number: int) -> int:
         """Of a geometry, when all are known: meshes, then curves, then points."""

@@ -6,18 +6,17 @@ import math
 
 import numpy as np
 
-from ...scene.snapshot import LightData
+from ...scene.snapshot import UNLIMITED, LightData
 from .materials import tree_graph
 
 
-def export_light(instance, visibility: int, images, unsupported) -> LightData | None:
-    """One lamp of a depsgraph instance; None for a portal, which gives no light of its own."""
+def export_light(instance, visibility: int, group: int, images, unsupported) -> LightData | None:
+    """One lamp of a depsgraph instance; None for a portal, which gives no light but guides sampling to it."""
     owner = instance.object
     light = owner.data
     where = f"Light {owner.name}"
     cycles = getattr(light, "cycles", None)
     if getattr(cycles, "is_portal", False) and light.type == "AREA":
-        unsupported.append((where, "portal", "ignored: it would only guide the sampling"))
         return None
     if light.type == "SPOT" and light.use_square:
         unsupported.append((where, "square spot", "the viewport's only: rendered as a cone"))
@@ -31,6 +30,9 @@ def export_light(instance, visibility: int, images, unsupported) -> LightData | 
         cast_shadow=light.use_shadow,
         normalize=light.normalize,
         visibility=visibility,
+        max_bounces=min(getattr(cycles, "max_bounces", UNLIMITED), UNLIMITED),
+        group=group,
+        real=owner.is_shadow_catcher,
         graph=tree_graph(light, light.name, images, "from_light"),
         **shape(light),
     )

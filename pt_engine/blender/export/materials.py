@@ -39,7 +39,13 @@ def export_material(material, images) -> Graph:
     graph = tree_graph(material, material.name, images, "from_material")
     if graph is None:
         return diffuse(material.name, tuple(material.diffuse_color))
-    return replace(graph, displacement_method=material.displacement_method, pass_index=material.pass_index)
+    sampling = getattr(getattr(material, "cycles", None), "emission_sampling", "AUTO")
+    return replace(
+        graph,
+        displacement_method=material.displacement_method,
+        pass_index=material.pass_index,
+        sampled=sampling != "NONE",
+    )
 
 
 def tree_graph(owner, name: str, images, inline: str) -> Graph | None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...scene.snapshot import MeshData
 from .edge_attributes import mean_at_vertices
+from .failure import ExportError
 from .needs import Needs
 from .vertex_attributes import pointiness, random_per_island
 
@@ -42,7 +43,9 @@ def export_mesh(name: str, mesh, needs: Needs) -> MeshData | None:
     vertices = read(mesh.attributes["position"].data, "vector", np.float32, 3)
     corner_vertex = read(mesh.attributes[".corner_vert"].data, "value", np.int32)
     corners = read(mesh.loop_triangles, "loops", np.int32, 3)
+    refuse_damaged(name, corners, len(corner_vertex))
     triangles = corner_vertex[corners]
+    refuse_damaged(name, triangles, len(vertices))
     polygon = read(mesh.loop_triangle_polygons, "value", np.int32)
     good = usable(vertices, triangles)
     if good is not None:
@@ -74,6 +77,14 @@ def read(collection, name: str, dtype, components: int = 1):
     flat = np.empty(len(collection) * components, dtype)
     collection.foreach_get(name, flat)
     return flat if components == 1 else flat.reshape(-1, components)
+
+
+def refuse_damaged(name: str, index, count: int) -> None:
+    """Raise where the numbers go past what they count: in Embree's hands they would be wild reads."""
+    if len(index) and not 0 <= int(index.min()) <= int(index.max()) < count:
+        raise ExportError(
+            f"mesh {name}: its faces name corners or vertices that it does not have; mesh.validate() mends it"
+        )
 
 
 def usable(vertices, triangles):

@@ -87,6 +87,9 @@ def node_needs(node: Node, outputs: set[str]) -> Needs:
         return Needs(colors=frozenset({str(props["layer_name"])}))
     if node.kind == "Attribute":
         return attribute_needs(str(props["attribute_type"]), str(props["attribute_name"]))
+    if node.kind == "Raycast":
+        numbers = (name.removeprefix("Attribute_") for name in outputs if name.startswith("Attribute_"))
+        return union(attribute_needs("GEOMETRY", str(node.inputs[f"Value_{k}"])) for k in numbers)
     if node.kind == "TexImage":
         return Needs(uvs=uv_if(node.inputs.get("Vector") is None))
     if node.kind in GENERATED_BY_DEFAULT:

@@ -4,8 +4,10 @@ Groups of any depth, reroutes, muted nodes and muted links are resolved as Blend
 
 - a muted node hands on what reaches the input its internal link names; where nothing does, the socket it
   feeds keeps its own value, and so it is behind an unlinked reroute;
-- an unlinked input of a group hands in the value shown on the group node, unless its value is hidden:
-  then the socket inside behaves as unlinked (a texture uses its default coordinates);
+- an unlinked input of a group hands in the value on the group node; where that and the socket inside hide
+  their values, the socket inside behaves as unlinked (a texture uses its default coordinates), unless the
+  node is folded (see `folding`);
+- a shader in the place of a value counts for nothing: the socket that it reaches keeps its own value;
 - a socket on the way that is narrower than what passes (a colour through a float input of a group)
   converts it, so ordinary nodes that do the same are put in: Color to BW, a dot product, a truncation;
 - a colour or value plugged into a shader socket becomes an emission of strength 1, as in Cycles.
@@ -21,7 +23,8 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from ...scene.snapshot import Graph, Link, Node
-from .conversions import Feed, constant_of, converted, own_value
+from .conversions import BLENDER_5, Feed, constant_of, converted, own_value
+from .folding import Hidden, with_hidden_values
 from .node_props import node_props
 
 GROUPS = {"ShaderNodeGroup", "ShaderNodeCustomGroup"}
@@ -43,7 +46,7 @@ class Scope:
 
     def __post_init__(self):
         for link in self.tree.links:
-            if link.is_valid and not link.is_muted and not link.to_socket.is_unavailable:
+            if counts(link) and not link.is_muted and not link.to_socket.is_unavailable:
                 self.feeds[link.to_socket.as_pointer()] = (link.from_node, link.from_socket)
 
     @property
@@ -60,6 +63,12 @@ class Scope:
         if pointer not in self.inner:
             self.inner[pointer] = Scope(group.node_tree, group, self)
         return self.inner[pointer]
+
+
+def counts(link) -> bool:
+    """Whether a link hands something on: since Blender 5 also a shader into a group's value socket."""
+    into_value = link.from_socket.type == "SHADER" and link.to_socket.type != "SHADER"
+    return link.is_valid or (BLENDER_5 and into_value)
 
 
 def flatten(tree, name: str, images, target: str = "CYCLES") -> Graph:
@@ -113,6 +122,7 @@ class Flattener:
             scope, node, number = self.pending.popleft()
             self.nodes[number] = self.translate(scope, node)
         nodes, outputs = in_order(self.nodes, outputs, self.notes)
+        nodes = with_hidden_values(nodes)
         return Graph(self.name, nodes, outputs, tuple(dict.fromkeys(self.notes)))
 
     def translate(self, scope, node) -> Node:
@@ -127,6 +137,8 @@ class Flattener:
         feed = converted(self, self.feed(scope, socket), socket.type)
         if feed is None:
             return own_value(socket)
+        if feed.hidden and socket.hide_value:
+            return Hidden(feed.constant)
         return feed.constant if feed.link is None else feed.link
 
     def feed(self, scope, socket) -> Feed | None:

@@ -4,26 +4,26 @@ from __future__ import annotations
 
 import bpy
 
-MOVING_MODIFIERS = {
-    "NODES", "CLOTH", "SOFT_BODY", "FLUID", "DYNAMIC_PAINT", "OCEAN", "WAVE", "BUILD", "EXPLODE",
-    "MESH_CACHE", "MESH_SEQUENCE_CACHE", "PARTICLE_SYSTEM", "PARTICLE_INSTANCE",
-}  # fmt: skip
+from ...scene.snapshot import UNLIMITED
 
 
 def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
     """Entries (where, what, effect) about the scene and its objects."""
     return [
-        *motion_blur(scene),
+        *rolling_shutter(scene),
         *shadow_caustics(depsgraph),
         *texture_settings(scene),
+        *light_groups(depsgraph),
+        *world_bounces(depsgraph, scene),
+        *(entry for owner in depsgraph.objects for entry in of_object(owner)),
     ]
 
 
-def motion_blur(scene):
-    """Listed where it is on and something in the file may move."""
-    render = scene.render
-    if render.use_motion_blur and render.motion_blur_shutter > 0.0 and may_move(scene):
-        yield (f"Scene {scene.name}", "motion blur", "rendered sharp, as at the frame's own time")
+def rolling_shutter(scene):
+    """Listed where motion blur is on."""
+    kind = getattr(getattr(scene, "cycles", None), "rolling_shutter_type", "NONE")
+    if scene.render.use_motion_blur and kind != "NONE":
+        yield (f"Scene {scene.name}", "rolling shutter", "all rows of the image are exposed at once")
 
 
 def shadow_caustics(depsgraph):
@@ -36,6 +36,22 @@ def shadow_caustics(depsgraph):
     if marked("is_caustics_caster") and marked("is_caustics_receiver"):
         effect = "light refracted onto receivers is missing, or noisy where lamps have a size"
         yield ("Scene", "shadow caustics", effect)
+
+
+def world_bounces(depsgraph, scene):
+    """A world that is to light only what few bounces lead to."""
+    world = getattr(depsgraph.view_layer, "world_override", None) or scene.world
+    if getattr(getattr(world, "cycles", None), "max_bounces", UNLIMITED) < UNLIMITED:
+        yield (f"World {world.name}", "max bounces", "its light counts after any number of bounces")
+
+
+def light_groups(depsgraph):
+    """Passes of groups of lights, where the view layer has any that something is in."""
+    groups = {group.name for group in getattr(depsgraph.view_layer, "lightgroups", ())}
+    owners = [*depsgraph.objects, depsgraph.scene.world]
+    if groups & {getattr(owner, "lightgroup", "") for owner in owners if owner is not None}:
+        effect = "no passes of their own: all are in the image together"
+        yield (f"View layer {depsgraph.view_layer.name}", "light groups", effect)
 
 
 def texture_settings(scene):
@@ -52,14 +68,8 @@ def texture_settings(scene):
         yield (where, "texture cache", "images are looked up in full size, not in mip maps")
 
 
-def may_move(scene) -> bool:
-    """Whether the file has anything that changes with time."""
-    if len(bpy.data.actions) or scene.rigidbody_world is not None:
-        return True
-    for owner in scene.objects:
-        animations = [getattr(item, "animation_data", None) for item in (owner, owner.data)]
-        if any(animation is not None and len(animation.drivers) for animation in animations):
-            return True
-        if any(modifier.type in MOVING_MODIFIERS for modifier in owner.modifiers):
-            return True
-    return False
+def of_object(owner):
+    """Cosines bent at the shadow terminator."""
+    if owner.type == "MESH" and getattr(owner, "shadow_terminator_shading_offset", 0.0) > 0.0:
+        where = f"Object {owner.name}"
+        yield (where, "shadow terminator shading offset", "light fades with its own cosine")

@@ -166,7 +166,12 @@ RECIPES = {
     ),
     "TexBrick": Recipe(
         BRICKS,
-        {"offset": (0.5, 0.3), "offset_frequency": (2, 3), "squash": (1.0, 0.6), "squash_frequency": (2, 3)},
+        {
+            "offset": (0.5, 0.3),
+            "offset_frequency": (2, 3),
+            "squash": (1.0, 0.6, 0.0),
+            "squash_frequency": (2, 3),
+        },
         limits=SIZES,
         reach=TEXTURES,
     ),

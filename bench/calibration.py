@@ -1,0 +1,218 @@
+"""Are the errors that a render tells true? `python -m bench.calibration` writes docs/calibration.md.
+
+`python -m bench.calibration page` writes it from what has been measured so far.
+
+Six small scenes, many seeds; the truth is the mean of all the other seeds' renders. Each part's result lies
+in out/bench/calibration and is not measured again while it is there.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from pt_engine.render.progressive import RenderResult, render
+from pt_engine.render.settings import RenderSettings
+from pt_engine.scene.prepare import prepare
+from pt_engine.scene.scene import Scene
+from pt_engine.scene.snapshot import LightData
+
+from . import machine
+
+sys.path.insert(0, str(machine.ROOT / "tests"))
+
+from support import rooms
+from support import scenes as make
+
+FOLDER = machine.ROOT / "out" / "bench" / "calibration"
+SIZE, SAMPLES, SEEDS, FEW, DEPTH = 32, 64, 100, 16, 4
+STEADY = 0.5  # largest relative spread of a pixel's stated variance over the seeds: its samples are not few
+SAMPLERS = ("sobol", "independent")
+SKY = make.world((0.3, 0.4, 0.6))
+BULB = LightData("POINT", "bulb", make.translation(0.8, -1.0, 2.2), 90.0, radius=0.2)
+SUN = LightData("SUN", "sun", make.looking((1.0, -1.5, 3.0), (0, 0, 0)), 3.0, angle=0.2)
+SNAPSHOTS = {
+    "matte, area lamp": lambda: rooms.room(make.diffuse(0.5), rooms.SOFT_LAMP),
+    "rough metal, area lamp, sky": lambda: rooms.room(rooms.ROUGH, rooms.SOFT_LAMP, SKY),
+    "rough glass, shining square": lambda: rooms.room(rooms.GLASS),
+    "veil, area lamp, sky": lambda: rooms.room(rooms.half_transparent(0.5), rooms.SOFT_LAMP, SKY),
+    "mirror, sun, sky": lambda: rooms.room(rooms.MIRROR, SUN, SKY),
+    "matte, bulb": lambda: rooms.room(make.diffuse(0.8), BULB),
+}
+SHORT = {
+    "uniform": {"samples": 8},
+    "target error": {"samples": 64, "target_error": 0.25, "min_samples": 4},
+    "pixels": {"samples": 64, "target_error": 0.4, "target_percentile": 90.0, "min_samples": 4},
+    "adaptive": {"samples": 64, "adaptive": True, "min_samples": 4},
+}  # fmt: skip
+SHORT_SCENE, SHORT_SIZE, SHORT_SEEDS = "rough glass, shining square", 8, 1000
+
+
+@cache
+def prepared(name: str) -> Scene:
+    """One of the scenes."""
+    return prepare(SNAPSHOTS[name]())
+
+
+def rendered(name: str, size: int = SIZE, **how: Any) -> RenderResult:
+    """A render of it, on one thread."""
+    return render(prepared(name), RenderSettings(size, size, threads=1, max_depth=DEPTH, **how))
+
+
+def picture(result: RenderResult) -> np.ndarray:
+    """(height, width, 3) float64."""
+    return result.image()[..., :3].astype(np.float64)
+
+
+def seeds(name: str, sampler: str) -> dict[str, np.ndarray]:
+    """What every seed's render is and says: images, standard errors, errors with their intervals."""
+    path = FOLDER / f"{name}, {sampler}.npz"
+    if not path.exists():
+        rows: dict[str, list[Any]] = {"image": [], "standard_error": [], "stated": []}
+        for seed in range(SEEDS):
+            result = rendered(name, samples=SAMPLES, seed=seed, sampler=sampler)
+            error = result.film.error()
+            rows["image"].append(picture(result))
+            rows["standard_error"].append(result.film.standard_error())
+            rows["stated"].append([(error[k], *error[f"{k}_ci95"]) for k in ("mse", "relmse")])
+        FOLDER.mkdir(parents=True, exist_ok=True)
+        np.savez(path, **{k: np.array(v) for k, v in rows.items()})
+    with np.load(path) as found:
+        return dict(found)
+
+
+def truth(name: str) -> np.ndarray:
+    """The mean of all that was rendered for `coverage` with Sobol points."""
+    mean: np.ndarray = seeds(name, SAMPLERS[0])["image"].mean(axis=0)
+    return mean
+
+
+def errors(image: np.ndarray, reference: np.ndarray) -> tuple[float, float]:
+    """True MSE and relMSE."""
+    squared = (image - reference) ** 2
+    floor = 0.01 * reference.mean() ** 2
+    return float(squared.mean()), float((squared / (reference**2 + floor)).mean())
+
+
+def coverage(name: str, sampler: str) -> dict[str, Any]:
+    """Intervals that hold the truth, and each pixel's z."""
+    found = seeds(name, sampler)
+    images, stated = found["image"], found["stated"]
+    # the mean of n − 1 others is off by 1/(n − 1) of the variance itself
+    others = (images.sum(axis=0) - images) / (SEEDS - 1)
+    shrink = np.sqrt((SEEDS - 1) / SEEDS)
+    true = np.array([errors(o + shrink * (image - o), o) for image, o in zip(images, others, strict=True)])
+    inside = (stated[..., 1] <= true) & (true <= stated[..., 2])
+    variance = found["standard_error"].astype(np.float64) ** 2
+    steady = variance.std(axis=0) < STEADY * variance.mean(axis=0)
+    z = (shrink * (images - others))[:, steady] / np.sqrt(variance[:, steady])
+    return {
+        "inside": inside.mean(axis=0).tolist(),
+        "ratio": (stated[..., 0].mean(axis=0) / true.mean(axis=0)).tolist(),
+        "relative": float(np.sqrt(true[:, 1].mean())),
+        "steady": float(steady.mean()),
+        "z": float(z[np.isfinite(z)].std()) if steady.any() else None,  # a seed may claim 0 by right
+    }
+
+
+def targets(name: str) -> dict[str, Any]:
+    """Renders that stop at the error of 64 samples: where they land, what they say, what they foretold."""
+    reference = truth(name)
+    target = float(np.sqrt(np.mean([errors(im, reference)[1] for im in seeds(name, "sobol")["image"]])))
+    landed, told, foretold = [], [], []
+    for seed in range(1000, 1000 + FEW):
+        result = rendered(name, samples=16 * SAMPLES, seed=seed, target_error=target)
+        landed.append(errors(picture(result), reference)[1])
+        told.append(result.error()["relmse"])
+        if (early := result.progress.forecast.early) is not None:
+            foretold.append(early.samples / result.progress.samples)
+    return {
+        "target": target,
+        "landed": float(np.sqrt(np.mean(landed)) / target),
+        "told": float(np.sqrt(np.mean(told)) / target),
+        "within": float(np.mean(np.abs(np.array(foretold) - 1) < 0.2)) if foretold else None,
+        "foretold": [float(x) for x in np.quantile(foretold, (0.05, 0.5, 0.95))] if foretold else None,
+    }
+
+
+def adaptive(name: str) -> dict[str, Any]:
+    """Efficiency 1 / (error × samples) of adaptive against uniform sampling."""
+    reference = truth(name)
+    uniform, chosen = [], []
+    for seed in range(3000, 3000 + FEW):
+        result = rendered(name, samples=2 * SAMPLES, adaptive=True, seed=seed)
+        spent = result.progress.camera_samples / SIZE**2
+        chosen.append((*errors(picture(result), reference), spent))
+        same = rendered(name, samples=round(spent), seed=seed)
+        uniform.append((*errors(picture(same), reference), round(spent)))
+    ours, theirs = np.mean(chosen, axis=0), np.mean(uniform, axis=0)
+    gain = [theirs[k] * theirs[2] / (ours[k] * ours[2]) for k in range(2)]
+    return {"samples": float(ours[2]), "gain": gain}
+
+
+def bias(kind: str) -> dict[str, Any]:
+    """Mean of 1,000 short renders against many samples: its z, of the whole and the worst of 16 parts."""
+    many = rendered(SHORT_SCENE, SHORT_SIZE, samples=1 << 15, seed=10**6)
+    expected = picture(many).reshape(4, 2, 4, 2, 3).mean(axis=(1, 3, 4)).reshape(-1)
+    images = np.array(
+        [picture(rendered(SHORT_SCENE, SHORT_SIZE, seed=k, **SHORT[kind])) for k in range(SHORT_SEEDS)]
+    )
+    parts = images.reshape(SHORT_SEEDS, 4, 2, 4, 2, 3).mean(axis=(2, 4, 5)).reshape(SHORT_SEEDS, -1)
+    z = (parts.mean(axis=0) - expected) / (parts.std(axis=0, ddof=1) / np.sqrt(SHORT_SEEDS))
+    whole = parts.mean(axis=1)
+    error = float(whole.std(ddof=1) / np.sqrt(SHORT_SEEDS))
+    difference = float(whole.mean() - expected.mean())
+    return {
+        "difference": difference / expected.mean(),
+        "uncertainty": error / expected.mean(),
+        "z": difference / error,
+        "worst": float(np.abs(z).max()),
+    }
+
+
+def parts() -> Iterator[tuple[str, Callable[[], dict[str, Any]]]]:
+    """Name and measurement of each part, the most telling first."""
+    for sampler in SAMPLERS:
+        for name in SNAPSHOTS:
+            yield f"coverage, {name}, {sampler}", lambda n=name, s=sampler: coverage(n, s)
+        if sampler == SAMPLERS[0]:
+            for kind in SHORT:
+                yield f"bias, {kind}", lambda k=kind: bias(k)
+            for part, measure in (("targets", targets), ("adaptive", adaptive)):
+                for name in SNAPSHOTS:
+                    yield f"{part}, {name}", lambda m=measure, n=name: m(n)
+
+
+def results(measure_missing: bool) -> dict[str, dict[str, Any]]:
+    """What there is of every part, the rest measured now if wanted."""
+    found = {}
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    for key, measure in parts():
+        path = FOLDER / f"{key}.json"
+        if measure_missing and not path.exists():
+            started = time.process_time()
+            result = measure()
+            result["cpu_seconds"] = time.process_time() - started
+            path.write_text(json.dumps(result), encoding="utf-8")
+            sys.stderr.write(f"{key}: {result}\n")
+        if path.exists():
+            found[key] = json.loads(path.read_text(encoding="utf-8"))
+    return found
+
+
+def main(what: str = "all") -> None:
+    """Measure what is missing (not for `page`) and write the page."""
+    from .calibration_page import page
+
+    found = results(measure_missing=what != "page")
+    (machine.ROOT / "docs" / "calibration.md").write_text(page(found), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,148 @@
+"""The ledger: what a render's time went to, by stage, bounce, effect and material.
+
+Each thread runs a `core.clock.Clock`; its books are closed when the render ends. Seconds are those of CPU
+cores, summed over threads. With what threads have waited (for work, for each other, for a core that another
+program had) they add up to threads × wall time.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+from ..core import clock
+from ..core.clock import Cell, Clock
+from ..scene.features import ON
+from ..scene.scene import Scene
+
+STAGES = {
+    "generate": "camera rays",
+    "intersect": "closest hits (Embree)",
+    "surface": "hit points",
+    "emission": "emission that rays find",
+    "shade": "materials' programs",
+    "random": "random numbers",
+    "emitter": "light sampling",
+    "shadow": "shadow rays (Embree)",
+    "eval": "BSDFs toward lights",
+    "bsdf": "BSDF sampling",
+    "roulette": "roulette and sorting",
+    "film": "film",
+    "accuracy": "looking at the error",
+    "rest": "everything else",
+}
+OF_PATHS = frozenset(STAGES) - {"generate", "film", "accuracy", "rest"}
+
+
+class Ledger:
+    """Books of one render.
+
+    Attributes
+    ----------
+    wall : float
+        Seconds from the first unit to the last.
+    threads : int
+        That rendered.
+    """
+
+    def __init__(self) -> None:
+        self.wall, self.threads = 0.0, 1
+        self._clocks: list[Clock] = []
+        self._lock = threading.Lock()
+
+    def open_on_thread(self) -> None:
+        """Run a clock on this thread until it ends."""
+        clock.start(self._new_clock())
+
+    @contextmanager
+    def running(self, threads: int = 1) -> Iterator[None]:
+        """Run a clock on this thread inside, which lasts as long as the render by so many threads."""
+        self.threads, started = threads, time.perf_counter()
+        with clock.runs(self._new_clock()):
+            yield
+        self.wall += time.perf_counter() - started
+
+    def _new_clock(self) -> Clock:
+        made = Clock()
+        with self._lock:
+            self._clocks.append(made)
+        return made
+
+    def cells(self) -> dict[Cell, float]:
+        """Seconds of all threads."""
+        total: dict[Cell, float] = defaultdict(float)
+        for each in self._clocks:
+            for cell, seconds in each.seconds.items():
+                total[Cell(*cell)] += seconds
+        return dict(total)
+
+    def books(self, scene: Scene) -> dict[str, Any]:
+        """What `docs/stats.md` says of `ledger`, ready for JSON."""
+        cells = self.cells()
+        busy = sum(cells.values())
+        return {
+            "threads": self.threads,
+            "wall": self.wall,
+            "waiting": max(0.0, self.threads * self.wall - busy),
+            "stages": self._stages(cells),
+            "bounces": self._bounces(cells),
+            "effects": _sums((cell.effect, seconds) for cell, seconds in cells.items() if cell.effect),
+            "materials": self._materials(scene, cells),
+            "off": {name: why.removeprefix("off: ") for name, why in scene.features.items() if why != ON},
+        }
+
+    def rays(self) -> dict[tuple[str, int], int]:
+        """Rays by stage and bounce, of all threads."""
+        total: dict[tuple[str, int], int] = defaultdict(int)
+        for each in self._clocks:
+            for key, number in each.rays.items():
+                total[key] += number
+        return dict(total)
+
+    def _stages(self, cells: Mapping[Cell, float]) -> dict[str, dict[str, float]]:
+        seconds = _sums((cell.stage, part) for cell, part in cells.items())
+        rays: dict[str, int] = defaultdict(int)
+        for (stage, _), number in self.rays().items():
+            rays[stage] += number
+        return {name: {"seconds": part, "rays": rays.get(name, 0)} for name, part in seconds.items()}
+
+    def _bounces(self, cells: Mapping[Cell, float]) -> list[dict[str, float]]:
+        """What each generation of edges took, the camera rays' first."""
+        seconds: dict[int, float] = defaultdict(float)
+        rays: dict[int, int] = defaultdict(int)
+        for cell, part in cells.items():
+            if cell.stage in OF_PATHS:
+                seconds[cell.bounce] += part
+        for (_, bounce), number in self.rays().items():
+            rays[bounce] += number
+        return [{"seconds": seconds[k], "rays": rays.get(k, 0)} for k in range(max(seconds, default=-1) + 1)]
+
+    def _materials(self, scene: Scene, cells: Mapping[Cell, float]) -> dict[str, dict[str, float]]:
+        """Seconds of a batch go to its materials by the vertices that each had."""
+        vertices: dict[int, int] = defaultdict(int)
+        for each in self._clocks:
+            for material, number in each.vertices.items():
+                vertices[material] += number
+        of_batch = {m: int(scene.materials.batch_of[m]) for m in vertices}
+        together: dict[int, int] = defaultdict(int)
+        for material, number in vertices.items():
+            together[of_batch[material]] += number
+        seconds = _sums((str(cell.batch), part) for cell, part in cells.items() if cell.batch >= 0)
+        found: dict[str, dict[str, float]] = defaultdict(lambda: {"seconds": 0.0, "vertices": 0})
+        for material, number in vertices.items():
+            row, batch = found[scene.material_names[material]], of_batch[material]
+            row["seconds"] += seconds.get(str(batch), 0.0) * number / together[batch]
+            row["vertices"] += number
+        return dict(sorted(found.items(), key=lambda item: -item[1]["seconds"]))
+
+
+def _sums(parts: Iterator[tuple[str, float]] | Any) -> dict[str, float]:
+    """Sums by name, the largest first."""
+    total: dict[str, float] = defaultdict(float)
+    for name, seconds in parts:
+        total[name] += seconds
+    return dict(sorted(total.items(), key=lambda item: -item[1]))

@@ -1,0 +1,72 @@
+"""What an image and the threads that make it take in memory, and the wavefront that fits in what is left."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+
+from ..core.free_memory import free_memory, smallest
+from ..scene.memory import TooLarge, gigabytes
+from .schedule import LARGEST_PASS
+from .settings import RenderSettings
+
+FILM = 60  # bytes a pixel: sums, counts and the pixels' order; sums of bright samples take up to 48 more
+PICTURE = 48  # bytes a pixel: what is handed over at the end, and the two copies that Blender makes of it
+LANE = 750  # bytes of a path under way, and of what shades it
+SMALLEST = 1 << 12  # lanes: a smaller wavefront would spend its time in Python
+
+
+def room(limit: int = 0, spent: int = 0) -> int | None:
+    """Bytes that a render may still take; None where nobody knows.
+
+    Parameters
+    ----------
+    limit : int
+        What it may take altogether; 0 for what the machine has free.
+    spent : int
+        What of that it has taken.
+    """
+    return smallest(free_memory(), limit - spent if limit else None)
+
+
+def image_bytes(settings: RenderSettings) -> int:
+    """Of the window's film, and of the wavefronts or, when these are done, of the picture."""
+    x0, y0, x1, y1 = settings.window
+    pixels = (x1 - x0) * (y1 - y0)
+    threads = settings.threads or os.cpu_count() or 1
+    lanes = threads * min(settings.lanes, pixels * LARGEST_PASS)
+    return FILM * pixels + max(LANE * lanes, PICTURE * pixels)
+
+
+def least(settings: RenderSettings) -> int:
+    """Of a render with the smallest wavefronts, without the scene."""
+    return image_bytes(replace(settings, lanes=min(settings.lanes, SMALLEST)))
+
+
+def room_for_scene(settings: RenderSettings, left: int | None) -> int | None:
+    """What of the bytes that are left the scene may have."""
+    return None if left is None else left - least(settings)
+
+
+def check_film(settings: RenderSettings, left: int | None) -> None:
+    """Refuse an image that does not fit, before there is any.
+
+    Raises
+    ------
+    TooLarge
+    """
+    if left is not None and least(settings) > left:
+        x0, y0, x1, y1 = settings.window
+        raise TooLarge(
+            f"an image of {x1 - x0:,} × {y1 - y0:,} pixels needs about {gigabytes(least(settings))} of "
+            f"memory, and {gigabytes(left)} are left: render fewer pixels, or a part of them (Render Region)"
+        )
+
+
+def fitted(settings: RenderSettings, left: int | None) -> RenderSettings:
+    """The settings with a wavefront small enough for the bytes that are left; it changes no image."""
+    while left is not None and settings.lanes > SMALLEST:
+        if image_bytes(settings) <= left:
+            break
+        settings = replace(settings, lanes=settings.lanes // 2)
+    return settings

@@ -1,0 +1,1 @@
+"""What accuracy costs in time: estimators side by side, images compared, effects taken out, and the page."""

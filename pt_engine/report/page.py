@@ -1,0 +1,162 @@
+"""One self-contained page: pictures, curves, where the time went, coverage, and how to make it again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import figures
+from .errors import Picture
+from .optional import optional
+from .tables import COMPARED, EFFECTS, comparison_cells, whatif_cells
+
+Stats = Mapping[str, Any]
+TEMPLATES = Path(__file__).with_name("templates")
+BRIGHTEST = 99.0  # percentile of a picture's error that is shown brightest
+
+
+def check_packages() -> None:
+    """Fail before the work rather than after it.
+
+    Raises
+    ------
+    MissingPackage
+        Jinja2 or matplotlib is not installed.
+    """
+    optional("jinja2", "jinja2", figures.PURPOSE)
+    optional("matplotlib", "matplotlib", figures.PURPOSE)
+
+
+def filled(template: str, **values: Any) -> str:
+    """A template's text; everything in it that is not marked as safe is escaped."""
+    jinja2 = optional("jinja2", "jinja2", figures.PURPOSE)
+    loader = jinja2.FileSystemLoader(TEMPLATES)
+    environment = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
+    text: str = environment.get_template(template).render(**values)
+    return text
+
+
+def render_page(
+    path: Path,
+    stats: Stats,
+    png: bytes | None,
+    error: NDArray[np.float32] | None,
+    command: str = "",
+) -> None:
+    """The page of one render.
+
+    Parameters
+    ----------
+    stats : mapping
+        As in stats.json.
+    png : bytes or None
+        The picture as Blender shows it.
+    error : (height, width) float32 or None
+        As `error_picture.error_picture` makes it.
+    command : str
+        That renders it again.
+    """
+    most = float(np.percentile(error, BRIGHTEST)) if error is not None and error.size else 0.0
+    text = filled(
+        "render.html",
+        title=f"Render of {stats.get('scene', 'a scene')}",
+        stats=stats,
+        picture=figures.data_url(png) if png else None,
+        error=figures.heat(error.astype(np.float64), most) if error is not None else None,
+        most=most,
+        accuracy=accuracy(stats),
+        curve=error_curve(stats),
+        ledger=ledger(stats),
+        coverage=[entry for entry in stats["coverage"] if entry["state"] != "exact"],
+        exact=sum(entry["state"] == "exact" for entry in stats["coverage"]),
+        command=command,
+    )
+    path.write_text(text, encoding="utf-8")
+
+
+def accuracy(stats: Stats) -> dict[str, float] | None:
+    """Relative RMS error with its interval, and the seconds that halving it takes; None where unknown."""
+    relative = stats["error"].get("relmse")
+    if relative is None or not relative > 0:
+        return None
+    low, high = stats["error"].get("relmse_ci95") or (relative, relative)
+    return {
+        "error": math.sqrt(relative),
+        "low": math.sqrt(max(low, 0.0)),
+        "high": math.sqrt(high),
+        "halving": 3 * stats["seconds"]["render"],
+    }
+
+
+def error_curve(stats: Stats) -> str:
+    """The figure of the error over time, "" where nothing is known."""
+    known = accuracy(stats)
+    seconds = stats["seconds"]["render"]
+    if known is None or not (seconds > 0 and math.isfinite(known["high"])):
+        return ""
+    history = [(at, error) for _, at, error in stats.get("error_history", ())]
+    return figures.convergence(history, (seconds, known["error"], known["low"], known["high"]))
+
+
+def ledger(stats: Stats) -> dict[str, Any] | None:
+    """Figures and tables of where the time went; None where nobody kept the books."""
+    books = stats.get("ledger")
+    if not books:
+        return None
+    stages = [(name, row["seconds"]) for name, row in books["stages"].items()]
+    bounces = [(f"bounce {k}" if k else "camera rays", b["seconds"]) for k, b in enumerate(books["bounces"])]
+    return {
+        "books": books,
+        "sum": sum(seconds for _, seconds in stages),
+        "stages": figures.bars("core seconds by stage", stages, "core seconds"),
+        "bounces": figures.bars("core seconds by bounce", bounces[:16], "core seconds") if bounces else "",
+    }
+
+
+def comparison_page(path: Path, result: Stats, reference: Picture) -> None:
+    """The page of a comparison."""
+    text = filled(
+        "comparison.html",
+        title="What accuracy costs in time",
+        result=result,
+        reference=figures.picture(reference.mean[::-1]),
+        header=COMPARED,
+        rows=[comparison_cells(row) for row in result["rows"]],
+        verdicts=[(row["name"], row["verdict"]) for row in result["rows"] if row["verdict"]],
+        by_time=figures.curves("error over time", result["curves"], "seconds"),
+        by_samples=figures.curves("error over samples", result["curves"], "samples"),
+        efficiency=figures.bars(
+            "efficiency",
+            [(r["name"], r["relative_efficiency"]) for r in result["rows"] if _finite(r)],
+            "1/(MSE × time), over that of the settings as set",
+        ),
+        noise=result["reference"]["error"],
+    )
+    path.write_text(text, encoding="utf-8")
+
+
+def _finite(row: Stats) -> bool:
+    return math.isfinite(row["relative_efficiency"])
+
+
+def whatif_page(path: Path, result: Stats) -> None:
+    """The page of effects taken out one at a time."""
+    present = [row for row in result["effects"] if row["present"]]
+    text = filled(
+        "whatif.html",
+        title="What each effect costs",
+        result=result,
+        header=EFFECTS,
+        rows=[whatif_cells(row, result["seconds"]) for row in present],
+        missing=[row for row in result["effects"] if not row["present"]],
+        seconds=figures.bars("core seconds", [(r["name"], r["seconds"]) for r in present], "core seconds"),
+        difference=figures.bars(
+            "difference", [(r["name"], 100 * r["difference"]) for r in present], "RMS, % of the mean"
+        ),
+    )
+    path.write_text(text, encoding="utf-8")

@@ -1,0 +1,116 @@
+"""One contender measured: squared error against core seconds, over a few runs with other seeds.
+
+Seconds are of CPU cores, summed over threads: what other programs on the machine do does not count.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..render.progressive import Progress, render
+from ..render.settings import RenderSettings
+from .contenders import Contender
+from .errors import Picture, mse
+
+Float64 = NDArray[np.float64]
+
+
+NOTHING = Picture(np.zeros((1, 1, 3)), None)
+
+
+class Point(NamedTuple):
+    """A moment of a run: samples per pixel, core seconds, mean squared error."""
+
+    samples: float
+    seconds: float
+    mse: float
+
+
+@dataclass
+class Runs:
+    """All runs of a contender.
+
+    Attributes
+    ----------
+    points : list of list of Point
+        Of each run, at samples that double, and at its end.
+    mean : Picture
+        Mean image of all runs, and the variance of its noise as the samples themselves tell it.
+    rays : int
+    """
+
+    contender: Contender
+    points: list[list[Point]] = field(default_factory=list)
+    mean: Picture = NOTHING
+    rays: int = 0
+
+
+def measure(contender: Contender, reference: Picture, seconds: float, seeds: int) -> Runs:
+    """Run a contender `seeds` times for so many core seconds each, or for its samples if that is less."""
+    runs = Runs(contender)
+    first = contender.settings.seed
+    images, variances = [], []
+    for seed in range(first + 1, first + 1 + seeds):
+        watch = Watch(reference, seconds)
+        settings = replace(contender.settings, seed=seed, seconds=0.0)
+        result = render(contender.scene, settings, watch.on_progress, watch.should_stop)
+        runs.points.append(watch.finish(result.progress))
+        images.append(colours(result.image()))
+        variances.append(result.film.variance_of_mean())
+        runs.rays += sum(result.progress.rays.values())
+    runs.mean = Picture(np.mean(images, axis=0), np.sum(np.nan_to_num(variances), axis=0) / seeds**2)
+    return runs
+
+
+def plain(settings: RenderSettings) -> RenderSettings:
+    """Without limits and without decisions that depend on the noise."""
+    return replace(settings, samples=0, seconds=0.0, target_error=0.0, adaptive=False, half_buffers=False)
+
+
+def colours(image: NDArray[np.float32]) -> Float64:
+    """(height, width, 3) float64 of a film's image, bottom row first."""
+    return image[..., :3].astype(np.float64)
+
+
+class Watch:
+    """Notes the error where the samples have doubled; its own time does not count."""
+
+    def __init__(self, reference: Picture, budget: float) -> None:
+        self._reference, self._budget = reference, budget
+        self._points: list[Point] = []
+        self._next = 1
+        self._away = 0.0
+        self._started = time.process_time()
+
+    @property
+    def seconds(self) -> float:
+        """Core seconds that the render has taken so far."""
+        return time.process_time() - self._started - self._away
+
+    def on_progress(self, progress: Progress) -> None:
+        """After every unit of work."""
+        whole = progress.camera_samples % max(1, progress.film.pixels) == 0
+        if (whole or progress.settings.adaptive) and progress.samples >= self._next:
+            self._note(progress)
+            self._next = progress.samples * 2
+
+    def should_stop(self) -> bool:
+        """Whether the time is used up; the first sample is always taken."""
+        return bool(self._points) and self.seconds >= self._budget
+
+    def _note(self, progress: Progress) -> None:
+        seconds, before = self.seconds, time.process_time()
+        samples = progress.camera_samples / progress.film.pixels
+        self._points.append(Point(samples, seconds, mse(colours(progress.image()), self._reference)))
+        self._away += time.process_time() - before
+
+    def finish(self, progress: Progress) -> list[Point]:
+        """All points, the last at the end of the run."""
+        if not self._points or progress.camera_samples / progress.film.pixels > self._points[-1].samples:
+            self._note(progress)
+        return self._points

@@ -1,0 +1,38 @@
+"""What an estimator cannot see, in a plain sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ..render.settings import RenderSettings
+from ..scene.features import ON
+from ..scene.scene import Scene
+from .contenders import ONE_BOUNCE
+from .errors import Bias
+
+
+def verdict(scene: Scene, settings: RenderSettings, reference_depth: int, found: Bias) -> str:
+    """Why an estimate is biased and how much; "" where chance explains the difference."""
+    if not found.significant:
+        return ""
+    causes = list(blind_spots(scene, settings, reference_depth))
+    why = " and ".join(causes) if causes else "differs from the reference"
+    return f"{why}: {found.relative:+.1%} energy, biased (z = {found.z:.1f})".replace("-", "\N{MINUS SIGN}")
+
+
+def hittable(scene: Scene) -> bool:
+    """Whether some light can be seen in a mirror: what has no size cannot, whoever looks."""
+    return any(scene.features.get(name) == ON for name in ("environment", "lamps met by rays", "mesh lights"))
+
+
+def blind_spots(scene: Scene, settings: RenderSettings, reference_depth: int) -> Iterator[str]:
+    """The light paths of this scene that no sample of the estimator can be."""
+    features = scene.features
+    if settings.integrator == "direct_emitter" and features.get("ideal specular") == ON and hittable(scene):
+        yield "emitter sampling misses the mirror"
+    if settings.integrator == "direct_bsdf" and features.get("Dirac lamps") == ON:
+        yield "BSDF sampling cannot hit lamps without a size"
+    if settings.integrator in ONE_BOUNCE and reference_depth > 2:
+        yield "one bounce misses indirect light"
+    elif settings.integrator not in ONE_BOUNCE and settings.max_depth < reference_depth:
+        yield f"depth {settings.max_depth} misses longer paths"

@@ -1,0 +1,147 @@
+"""Matrices between time steps: taken apart, blended, and put together again.
+
+    M = T · R · S        translation, rotation (unit quaternion w, x, y, z), scale, shear (upper triangular)
+
+T and S are blended linearly, R along the shorter great circle (Shoemake 1985). So a rotation keeps its size
+and a mirrored object stays mirrored; it is also how Cycles does it. An axis that has shrunk to nothing takes
+the direction that the other two leave, an object that has shrunk to nothing its neighbour step's rotation.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float64 = NDArray[np.float64]
+
+NEARLY_EQUAL = 0.9995  # cosine of quaternions from which on the chord will do for the arc
+
+
+def step(time: float, steps: int) -> tuple[int, float]:
+    """Which of `steps` even times lies before `time` in [0, 1], and how far on the way to the next it is."""
+    place = time * (steps - 1)
+    first = min(int(place), steps - 2)
+    return first, place - first
+
+
+class MatrixPath(NamedTuple):
+    """Matrices of M things at K times, taken apart.
+
+    Attributes
+    ----------
+    translation : (M, K, 3) float64
+    rotation : (M, K, 4) float64
+        Unit quaternions, neighbours in the same half space.
+    scale : (M, K, 3, 3) float64
+    """
+
+    translation: Float64
+    rotation: Float64
+    scale: Float64
+
+    @classmethod
+    def of(cls, matrix: Float64) -> MatrixPath:
+        """Take (M, K, 4, 4) matrices apart."""
+        linear = matrix[..., :3, :3]
+        with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is dropped when it is placed
+            axes, scale = orthogonal(linear)
+            rotation = quaternion(axes)
+        gone = ~linear.any(axis=(-2, -1))
+        steps = matrix.shape[1]
+        for k in [*range(1, steps), *range(steps - 2, -1, -1)]:
+            before = k - 1 if k else 1
+            rotation[gone[:, k], k] = rotation[gone[:, k], before]
+        for k in range(1, steps):
+            away = (rotation[:, k] * rotation[:, k - 1]).sum(axis=-1) < 0
+            rotation[away, k] *= -1
+        return cls(matrix[..., :3, 3], rotation, scale)
+
+    def at(self, time: float) -> Float64:
+        """(M, 4, 4) matrices at a time in [0, 1]."""
+        first, part = step(time, self.rotation.shape[1])
+        a, b = first, first + 1
+        matrix = np.zeros((len(self.rotation), 4, 4))
+        with np.errstate(invalid="ignore", over="ignore"):
+            turned = as_matrix(arc(self.rotation[:, a], self.rotation[:, b], part))
+            matrix[:, :3, :3] = turned @ blend(self.scale[:, a], self.scale[:, b], part)
+            matrix[:, :3, 3] = blend(self.translation[:, a], self.translation[:, b], part)
+        matrix[:, 3, 3] = 1
+        return matrix
+
+
+def blend(a: Float64, b: Float64, part: float) -> Float64:
+    """What lies `part` of the way from a to b."""
+    return (1 - part) * a + part * b
+
+
+def orthogonal(linear: Float64) -> tuple[Float64, Float64]:
+    """Right-handed axes (columns) and the upper triangular rest of (..., 3, 3) matrices (Gram-Schmidt)."""
+    x, rest_x = unit(linear[..., 0])
+    xy = dot(x, linear[..., 1])
+    y, rest_y = unit(linear[..., 1] - xy[..., None] * x)
+    xz, yz = dot(x, linear[..., 2]), dot(y, linear[..., 2])
+    z, rest_z = unit(linear[..., 2] - xz[..., None] * x - yz[..., None] * y)
+    axes = np.stack([x, y, z], axis=-1)
+    scale = np.zeros(linear.shape)
+    scale[..., 0, 0], scale[..., 1, 1], scale[..., 2, 2] = rest_x, rest_y, rest_z
+    scale[..., 0, 1], scale[..., 0, 2], scale[..., 1, 2] = xy, xz, yz
+    for k in range(3):
+        lost = (axes[..., k] == 0).all(axis=-1)
+        axes[lost, :, k] = np.cross(axes[lost, :, k - 2], axes[lost, :, k - 1])
+    mirrored = np.where(np.linalg.det(axes) < 0, -1.0, 1.0)[..., None, None]
+    return axes * mirrored, scale * mirrored
+
+
+def unit(v: Float64) -> tuple[Float64, Float64]:
+    """Vectors (..., 3) at length 1, and their lengths; 0 stays 0."""
+    length = np.sqrt(dot(v, v))
+    return v / (length + (length == 0))[..., None], length
+
+
+def dot(a: Float64, b: Float64) -> Float64:
+    """(...,) products of vectors (..., n)."""
+    product: Float64 = (a * b).sum(axis=-1)
+    return product
+
+
+def quaternion(r: Float64) -> Float64:
+    """(..., 4) unit quaternions of rotations: the row of 4 q qᵀ with the largest diagonal, made positive."""
+    one = np.ones(r.shape[:-2])
+    xx, yy, zz = r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]
+    wx, wy, wz = r[..., 2, 1] - r[..., 1, 2], r[..., 0, 2] - r[..., 2, 0], r[..., 1, 0] - r[..., 0, 1]
+    xy, xz, yz = r[..., 0, 1] + r[..., 1, 0], r[..., 0, 2] + r[..., 2, 0], r[..., 1, 2] + r[..., 2, 1]
+    rows = [
+        [one + xx + yy + zz, wx, wy, wz],
+        [wx, one + xx - yy - zz, xy, xz],
+        [wy, xy, one - xx + yy - zz, yz],
+        [wz, xz, yz, one - xx - yy + zz],
+    ]
+    outer = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    pivot = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
+    row = np.take_along_axis(outer, pivot[..., None, None], axis=-2)[..., 0, :]
+    q: Float64 = row / np.sqrt(dot(row, row))[..., None]
+    return q
+
+
+def arc(a: Float64, b: Float64, part: float) -> Float64:
+    """(M, 4) quaternions `part` of the way from a to b."""
+    cosine = dot(a, b)
+    chord = blend(a, b, part)
+    chord /= np.sqrt(dot(chord, chord))[:, None]
+    angle = np.arccos(np.clip(cosine, -1, 1))
+    across, _ = unit(b - a * cosine[:, None])
+    circle = a * np.cos(part * angle)[:, None] + across * np.sin(part * angle)[:, None]
+    return np.where((cosine > NEARLY_EQUAL)[:, None], chord, circle)
+
+
+def as_matrix(q: Float64) -> Float64:
+    """(M, 3, 3) rotations of unit quaternions."""
+    w, x, y, z = q.T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

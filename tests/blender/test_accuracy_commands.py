@@ -1,0 +1,127 @@
+"""`compare`, `whatif` and `--report` on a .blend: tables, JSON, pages, and plain refusals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import bpy
+import pytest
+from support.engine_scene import engine_scene, rendered
+
+from pt_engine.blender import cli
+from pt_engine.blender.record import Session
+from pt_engine.report import optional as packages
+
+QUICK = ("--size", "16x12", "--threads", "1", "--quiet")
+
+
+@pytest.fixture(scope="module")
+def blend(tmp_path_factory):
+    engine_scene()
+    path = tmp_path_factory.mktemp("accuracy") / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+@pytest.fixture
+def run(capsys):
+    """The command in this process: exit code, stdout, stderr."""
+
+    def command(*words):
+        capsys.readouterr()
+        try:
+            code = cli.main([str(word) for word in words])
+        except SystemExit as leaving:
+            code = leaving.code
+        return (code, *capsys.readouterr())
+
+    return command
+
+
+def test_render_writes_a_page(run, blend, tmp_path):
+    page = tmp_path / "new" / "page.html"
+    code, _, err = run("render", blend, "-o", tmp_path / "a.exr", "--report", page, "--samples", 4, *QUICK)
+    assert (code, err) == (0, "")
+    text = page.read_text(encoding="utf-8")
+    assert text.count("data:image/png;base64,") == 2
+    assert "python -m pt_engine render" in text
+    assert "--max-depth 3" in text
+
+
+def test_compare_prints_a_table_and_writes_json_and_a_page(run, blend, tmp_path):
+    page, data = tmp_path / "page.html", tmp_path / "c.json"
+    words = [
+        "--seconds",
+        0.02,
+        "--seeds",
+        2,
+        "--only",
+        "direct_bsdf",
+        "--reference-seconds",
+        0.5,
+        "--no-cache",
+    ]
+    code, out, err = run("compare", blend, *words, "--json", data, "--report", page, *QUICK)
+    assert (code, err) == (0, "")
+    assert "BSDF sampling cannot hit lamps without a size" in out
+    result = json.loads(data.read_text(encoding="utf-8"))
+    assert [row["name"] for row in result["rows"]] == ["as set", "direct_bsdf"]
+    assert result["seconds"] == pytest.approx(0.02)
+    assert "direct_bsdf" in page.read_text(encoding="utf-8")
+
+
+def test_compare_takes_a_given_reference(run, blend, tmp_path):
+    words = ("--seconds", 0.02, "--seeds", 2, "--only", "nobody")
+    exr = tmp_path / "r.exr"
+    assert run("render", blend, "-o", exr, "--samples", 16, *QUICK)[0] == 0
+    code, out, _ = run("compare", blend, "--reference", exr, *words, *QUICK)
+    assert code == 0
+    assert f"Reference: {exr}" in out
+    code, _, err = run("compare", blend, "--reference", exr, *words, "--size", "8x8", "--quiet")
+    assert code == 1
+    assert "has 16x12 pixels, the render 8x8" in err
+
+
+def test_two_images_are_compared(run, blend, tmp_path):
+    for seed, name in ((1, "a.exr"), (2, "b.exr")):
+        run("render", blend, "-o", tmp_path / name, "--samples", 2, "--seed", seed, *QUICK)
+    code, out, _ = run("compare", tmp_path / "a.exr", tmp_path / "b.exr")
+    assert code == 0
+    assert "relMSE" in out
+    assert "FLIP" in out
+    assert run("compare", tmp_path / "a.exr")[0] == 2
+    assert run("compare", tmp_path / "a.exr", tmp_path / "none.exr")[0] == 1
+
+
+def test_whatif_prints_what_is_there_and_what_is_not(run, blend, tmp_path):
+    code, out, _ = run("whatif", blend, "--seconds", 0.02, "--report", tmp_path / "w.html", *QUICK)
+    assert code == 0
+    assert "world light" in out
+    assert "depth of field: 0 s, 0 difference (the camera has no aperture)" in out
+    code, out, _ = run("whatif", blend, "--seconds", 0.02, "--json", "-", *QUICK)
+    assert json.loads(out)["schema"] == "pt_engine.whatif/1"
+
+
+def test_a_missing_package_is_told_before_the_work(run, blend, tmp_path, monkeypatch):
+    def missing(name):
+        raise ModuleNotFoundError(name)
+
+    monkeypatch.setattr(packages.importlib, "import_module", missing)
+    code, _, err = run("render", blend, "-o", tmp_path / "a.exr", "--report", tmp_path / "p.html", *QUICK)
+    assert code == 1
+    assert "pip install" in err
+    assert not (tmp_path / "a.exr").exists()
+
+
+def test_the_button_writes_a_page_and_leaves_the_files_output_settings(tmp_path):
+    scene = engine_scene(samples=4)
+    rendered(scene, tmp_path / "a.exr")
+    image = scene.render.image_settings
+    before = image.file_format, image.color_mode, image.color_depth
+    assert bpy.ops.pt_engine.open_report() == {"FINISHED"}
+    page = next(Path(bpy.app.tempdir).glob("pt_engine-report-*.html"))
+    assert "Where the time went" in page.read_text(encoding="utf-8")
+    assert (image.file_format, image.color_mode, image.color_depth) == before
+    Session.last = None
+    assert not bpy.ops.pt_engine.open_report.poll()

@@ -1,0 +1,112 @@
+"""Estimators side by side: slopes, bias, blind spots, and which of them pays."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from support import scenes as make
+from support.image_files import write
+from support.rooms import MIRROR, room
+
+from pt_engine.render.settings import RenderSettings
+from pt_engine.report.comparison import compare
+from pt_engine.report.reference import Reference, cache_file, given, made
+from pt_engine.report.tables import comparison_lines
+from pt_engine.scene.prepare import prepare
+from pt_engine.scene.snapshot import LightData
+
+pytestmark = pytest.mark.slow  # some ten seconds of rendering
+
+SETTINGS = RenderSettings(24, 24, threads=1, max_depth=3, sampler="independent", pixel_filter="BOX")
+WORDS = ("direct", "path_fixed", "sampler", "depth 2")
+
+
+@pytest.fixture(scope="module")
+def compared():
+    """A room with a mirror ball under a glowing square."""
+    snapshot = room(MIRROR)
+    scene = prepare(snapshot)
+    reference = made(scene, SETTINGS, wanted=0.05, seconds=6)
+    return compare(scene, SETTINGS, reference, seconds=0.25, seeds=3, only=WORDS)
+
+
+def row(result, name):
+    return next(row for row in result["rows"] if row["name"] == name)
+
+
+def test_independent_samples_converge_as_one_over_n(compared):
+    """MSE ∝ 1/n; the fit of few doublings in a scene with rare bright paths is good to some tenths."""
+    assert row(compared, "as set")["slope"]["value"] == pytest.approx(-1, abs=0.3)
+
+
+def test_whole_estimators_are_unbiased_and_say_nothing(compared):
+    for name in ("as set", "path_fixed", "sampler sobol"):
+        assert row(compared, name)["bias"]["p"] > 1e-4
+        assert row(compared, name)["verdict"] == ""
+
+
+def test_emitter_sampling_misses_the_mirror(compared):
+    told = row(compared, "direct_emitter")["verdict"]
+    assert "emitter sampling misses the mirror" in told
+    assert "one bounce misses indirect light" in told
+    assert "% energy, biased" in told
+    assert row(compared, "direct_emitter")["bias"]["relative"] < 0
+
+
+def test_short_paths_are_biased(compared):
+    assert row(compared, "depth 2")["verdict"].startswith("depth 2 misses longer paths: \N{MINUS SIGN}")
+
+
+def test_mis_beats_bsdf_sampling_of_a_small_light(compared):
+    """The glow fills about 1/40 of the hemisphere: BSDF sampling has an order more variance.
+
+    Both are biased alike, so the comparison is against MIS of the same one bounce, at equal samples.
+    """
+    errors = [row(compared, n)["mse_at_equal_samples"]["value"] for n in ("direct_bsdf", "direct_mis")]
+    assert errors[0] > 1.5 * errors[1]
+
+
+def test_lamps_without_a_size_are_invisible_to_bsdf_sampling():
+    lamp = LightData("POINT", "point", make.translation(0.5, -0.5, 2.5), 60.0)
+    scene = prepare(room(make.diffuse(0.5), lamp))
+    reference = made(scene, SETTINGS, wanted=0.1, seconds=3)
+    result = compare(scene, SETTINGS, reference, seconds=0.05, seeds=2, only=("direct_bsdf",))
+    told = row(result, "direct_bsdf")
+    assert "BSDF sampling cannot hit lamps without a size" in told["verdict"]
+    assert told["bias"]["relative"] == pytest.approx(-1)
+
+
+def test_the_table_has_a_line_for_each_and_json_bears_it(compared):
+    lines = comparison_lines(compared)
+    assert sum(line.startswith("as set") for line in lines) == 1
+    assert any(line.startswith("direct_emitter: emitter sampling misses") for line in lines)
+    json.dumps(compared, allow_nan=True)
+
+
+def test_a_kept_reference_is_continued_exactly(tmp_path):
+    """16 samples in two goes are the film of one go, bit for bit; and a better one is not made again."""
+    scene = prepare(room(make.diffuse(0.5)))
+    path = tmp_path / "kept" / "film.npz"
+    first = made(scene, SETTINGS, wanted=10.0, seconds=60, cache=path)
+    again = made(scene, SETTINGS, wanted=0.9 * first.error, seconds=60, cache=path)
+    assert "continued" in again.origin
+    whole = made(scene, SETTINGS, wanted=0.9 * first.error, seconds=60)
+    np.testing.assert_array_equal(again.picture.mean, whole.picture.mean)
+    idle = made(scene, SETTINGS, wanted=1.0, seconds=60, cache=path)
+    np.testing.assert_array_equal(idle.picture.mean, again.picture.mean)
+
+
+def test_another_scene_has_another_kept_file():
+    a, b = room(make.diffuse(0.5)), room(make.diffuse(0.4))
+    assert cache_file(a, SETTINGS) == cache_file(a, SETTINGS)
+    assert cache_file(a, SETTINGS) != cache_file(b, SETTINGS)
+
+
+def test_a_reference_of_another_size_is_refused(tmp_path):
+    path = tmp_path / "r.exr"
+    write(path, np.ones((4, 6, 3), np.float32), "float")
+    assert isinstance(given(path, 6, 4), Reference)
+    with pytest.raises(ValueError, match="6x4 pixels, the render 8x4"):
+        given(path, 8, 4)
