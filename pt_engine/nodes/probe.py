@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core import vectors
 from ..core.raykind import RayKind
 from ..core.view import View
 
@@ -71,7 +72,7 @@ class ProbeLanes:
         return self.bump_steps(1.0)
 
     def along_hair(self, corner: int) -> Float32:
-        return self.object_tangent("")[0]
+        return vectors.normalize(self.edges()[corner - 1])
 
     def strand(self) -> Float32:
         return np.zeros((4, self.n), np.float32)

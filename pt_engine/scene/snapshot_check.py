@@ -69,8 +69,12 @@ def check(snapshot: object) -> data.Snapshot:
         check_image(image, snapshot.images)
     for light in snapshot.lights:
         shape(light.matrix, (4, 4), "a lamp's matrix")
+        require(0 <= light.visibility <= 255, "a lamp's visibility is no set of rays")
+        require(light.max_bounces >= 0, "a lamp's bounces are negative")
+        require(0 <= light.group < 1 << 31, "a lamp's group is out of range")
     shape(snapshot.camera.matrix, (4, 4), "the camera's matrix")
     require(len(snapshot.materials) > 0, "there is no material 0")
+    require(0 <= snapshot.world_visibility <= 255, "the world's visibility is no set of rays")
     if snapshot.motion is not None:
         check_motion(snapshot.motion, snapshot)
     return snapshot

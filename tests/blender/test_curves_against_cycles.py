@@ -15,7 +15,11 @@ from support.cycles import by_cycles, by_engine  # noqa: E402
 from support.ztest import compare  # noqa: E402
 
 SIZE = (40, 40)
-SHAPES = ["RIBBONS", "THICK", "THICK_LINEAR"]
+
+
+def slow(*values, **more):
+    """A case left out where CI repeats the suite."""
+    return pytest.param(*values, marks=pytest.mark.slow, **more)
 
 
 @pytest.fixture
@@ -115,21 +119,21 @@ def agree(tmp_path, samples, tolerance=0.01, cycles=None, **ours):
     assert found.agrees(tolerance), str(found)
 
 
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("shape", ["RIBBONS", "THICK", slow("THICK_LINEAR")])
 def test_curves(shape, scene, tmp_path):
     hair(scene, shaded("BsdfDiffuse", Color=(0.8, 0.5, 0.3, 1)), shape)
     agree(tmp_path, 12)
 
 
-@pytest.mark.parametrize("shape", ["RIBBONS", "THICK"])
+@pytest.mark.parametrize("shape", ["RIBBONS", slow("THICK")])
 def test_principled_hair(shape, scene, tmp_path):
     """Tubes to 3 %: light that passes through them is a little less in Cycles, in cells with many."""
     hair(scene, shaded("BsdfHairPrincipled", {"model": "CHIANG"}, Color=(0.5, 0.3, 0.1, 1)), shape)
     agree(tmp_path, 12, 0.03 if shape == "THICK" else 0.01)
 
 
-@pytest.mark.parametrize("component", ["Reflection", "Transmission"])
-@pytest.mark.parametrize("shape", ["RIBBONS", "THICK"])
+@pytest.mark.parametrize("component", ["Reflection", slow("Transmission")])
+@pytest.mark.parametrize("shape", ["RIBBONS", slow("THICK")])
 def test_hair_lobes_toward_a_sun(shape, component, scene, tmp_path):
     """To 6 %: few pixels of a narrow lobe about a tangent are lit at all."""
     hair(scene, shaded("BsdfHair", {"component": component}, Offset=0.1), shape)
@@ -138,42 +142,43 @@ def test_hair_lobes_toward_a_sun(shape, component, scene, tmp_path):
     agree(tmp_path, 16, 0.06, {"max_bounces": 0}, max_depth=2)
 
 
-@pytest.mark.parametrize("shape", ["RIBBONS", "THICK"])
 @pytest.mark.parametrize(
-    "material",
+    ("shape", "kind", "outputs", "more"),
     [
-        lambda: shining("HairInfo", "Is Strand", "Intercept", "Length"),
-        lambda: shining("HairInfo", "Random", "Thickness", "Length", scale=(1, 10, 1)),
-        lambda: shining("HairInfo", "Tangent Normal"),
-        lambda: shining("NewGeometry", "Normal"),
-        lambda: shining("NewGeometry", "True Normal"),
-        lambda: shining("NewGeometry", "Tangent"),
-        lambda: shining("TexCoord", "Generated"),
-        lambda: shining("TexCoord", "UV"),
-        lambda: shining("Attribute", "Color", settings={"attribute_name": "by point"}),
-        lambda: shining("Attribute", "Color", settings={"attribute_name": "by curve"}),
+        ("RIBBONS", "HairInfo", ("Is Strand", "Intercept", "Length"), {}),
+        slow("RIBBONS", "HairInfo", ("Random", "Thickness", "Length"), {"scale": (1, 10, 1)}),
+        slow("RIBBONS", "HairInfo", ("Tangent Normal",), {}),
+        slow("RIBBONS", "NewGeometry", ("Normal",), {}),
+        ("THICK", "NewGeometry", ("Normal",), {}),
+        slow("RIBBONS", "NewGeometry", ("True Normal",), {}),
+        slow("THICK", "NewGeometry", ("True Normal",), {}),
+        slow("RIBBONS", "NewGeometry", ("Tangent",), {}),
+        slow("THICK", "NewGeometry", ("Tangent",), {}),
+        slow("RIBBONS", "TexCoord", ("Generated",), {}),
+        slow("RIBBONS", "TexCoord", ("UV",), {}),
+        slow("RIBBONS", "Attribute", ("Color",), {"settings": {"attribute_name": "by point"}}),
+        slow("RIBBONS", "Attribute", ("Color",), {"settings": {"attribute_name": "by curve"}}),
     ],
-    ids=["info", "more", "across", "normal", "true", "tangent", "generated", "uv", "point", "curve"],
 )
-def test_what_strands_know(material, shape, scene, tmp_path):
-    made = material()
-    if shape == "RIBBONS" or made.name.startswith("NewGeometry"):  # the rest is the same on all shapes
-        hair(scene, made, shape)
-        agree(tmp_path, 8)
+def test_what_strands_know(shape, kind, outputs, more, scene, tmp_path):
+    hair(scene, shining(kind, *outputs, **more), shape)
+    agree(tmp_path, 8)
 
 
-@pytest.mark.parametrize("child_type", ["NONE", "INTERPOLATED"])
+@pytest.mark.parametrize("child_type", [slow("NONE"), "INTERPOLATED"])
 def test_particle_strands(child_type, scene, tmp_path):
     """Children and parents, tapering, the second material slot, on a scaled emitter."""
     emitter(scene, shaded("BsdfDiffuse", Color=(0.8, 0.5, 0.3, 1)), child_type)
     agree(tmp_path, 12)
 
 
+@pytest.mark.slow
 def test_what_particle_strands_know(scene, tmp_path):
     emitter(scene, shining("HairInfo", "Intercept", "Random", "Thickness", scale=(1, 1, 5)))
     agree(tmp_path, 8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("output", ["UV", "Generated"])
 def test_where_particle_strands_stand(output, scene, tmp_path):
     emitter(scene, shining("TexCoord", output))
@@ -201,9 +206,9 @@ def emitter(scene, material, child_type="NONE"):
     "material",
     [
         lambda: shaded("BsdfDiffuse", Color=(0.8, 0.5, 0.3, 1)),
-        lambda: shining("PointInfo", "Position"),
-        lambda: shining("PointInfo", "Radius", "Random", "Radius", scale=(5, 1, 5)),
-        lambda: shining("Attribute", "Color", settings={"attribute_name": "paint"}),
+        slow(lambda: shining("PointInfo", "Position")),
+        slow(lambda: shining("PointInfo", "Radius", "Random", "Radius", scale=(5, 1, 5))),
+        slow(lambda: shining("Attribute", "Color", settings={"attribute_name": "paint"})),
     ],
     ids=["diffuse", "position", "numbers", "attribute"],
 )
@@ -238,3 +243,16 @@ def test_instances_of_curves(scene, tmp_path):
         empty.location, empty.rotation_euler, empty.scale = place, (0, turn, 0), size
         scene.collection.objects.link(empty)
     agree(tmp_path, 8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["catcher", "holdout", "no camera", "no shadow"])
+def test_curves_seen_otherwise(name, scene, tmp_path):
+    """A tuft on a floor that catches shadows, cuts a hole, or is hidden from some rays."""
+    tuft = hair(scene, shaded("BsdfDiffuse", Color=(0.8, 0.5, 0.3, 1)), "THICK", 0.06)
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    bpy.context.object.data.materials.append(shaded("BsdfDiffuse", Color=(0.6, 0.6, 0.6, 1)))
+    tuft.is_shadow_catcher, tuft.is_holdout = name == "catcher", name == "holdout"
+    tuft.visible_camera, tuft.visible_shadow = name != "no camera", name != "no shadow"
+    scene.render.film_transparent = name in ("catcher", "holdout")
+    agree(tmp_path, 12, 0.02)
