@@ -24,6 +24,7 @@ from . import (  # noqa: F401  (their import is what registers the kinds)
     radial_tiling,
     ramps,
     ray_portal,
+    round_nodes,
     shaders,
     sheen,
     sky_nodes,

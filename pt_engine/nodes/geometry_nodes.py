@@ -12,7 +12,7 @@ from .coordinates import position
 from .graph import NodeView
 from .ir import FLOAT, VECTOR, Op, Value, lane_op
 from .registry import Outputs, node
-from .tangents import around_axis
+from .tangents import surface_tangent
 
 Float32 = NDArray[np.float32]
 
@@ -27,6 +27,16 @@ def shading_normal(lanes: Any) -> Float32:
 def true_normal(lanes: Any) -> Float32:
     """The face's normal, on the viewer's side."""
     return lanes.ng  # type: ignore[no-any-return]
+
+
+@lane_op(VECTOR)
+def face_normal(lanes: Any) -> Float32:
+    """The true normal on the viewer's side: ribbons face the ray, though they are shaded as if round."""
+    if lanes.rounds is None or not len(lanes.rounds.ribbons):
+        return lanes.ng  # type: ignore[no-any-return]
+    normal: Float32 = lanes.ng.copy()
+    normal[:, lanes.rounds.ribbons] = lanes.wi.take(lanes.rounds.ribbons, axis=1)
+    return normal
 
 
 @lane_op(VECTOR)
@@ -54,8 +64,8 @@ def geometry(n: NodeView) -> Outputs:
     table: dict[str, tuple[Op, tuple[Any, ...]]] = {
         "Position": (position, ()),
         "Normal": (shading_normal, ()),
-        "Tangent": (around_axis, ("Z",)),
-        "True Normal": (true_normal, ()),
+        "Tangent": (surface_tangent, ()),
+        "True Normal": (face_normal, ()),
         "Incoming": (incoming, ()),
         "Parametric": (parametric, ()),
         "Backfacing": (backfacing, ()),

@@ -1,7 +1,7 @@
 """Shader nodes for hair: the Hair BSDF with one lobe, and Principled Hair.
 
-They ask the lanes for the hair's direction and for where across it the ray has hit. Triangles stand in for
-hair as in Cycles: their edges for its direction, their normal for the offset h.
+They ask the lanes for the hair's direction and for where across it the ray has hit. On meshes triangles
+stand in for hair as in Cycles: their edges for its direction, their normal for the offset h.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from .graph import NodeView
 from .ir import COLOR, FLOAT, VECTOR, Value, lane_op, op
 from .math_nodes import saturate
 from .registry import shader
+from .round_nodes import on_strand
 from .surface import SurfaceBuilder, is_constantly, is_zero
 
 Float32 = NDArray[np.float32]
@@ -29,9 +30,9 @@ PHEOMELANIN: Final = np.array([0.343, 0.733, 1.924], np.float32)[:, np.newaxis]
 
 
 @lane_op(VECTOR, reads="position")
-def along_edge(lanes: Any, corner: int) -> Float32:
-    """Unit vector from a triangle's corner 0 to its corner 1 or 2."""
-    return vectors.normalize(lanes.edges()[corner - 1])
+def along_hair(lanes: Any, corner: int) -> Float32:
+    """Unit vector toward a strand's tip, or from a triangle's corner 0 to its corner 1 or 2."""
+    return lanes.along_hair(corner)  # type: ignore[no-any-return]
 
 
 @lane_op(FLOAT)
@@ -64,17 +65,18 @@ def minus(x: Float32) -> Float32:
 
 @shader("BsdfHair")
 def hair(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    """One lobe. Without a Tangent, triangles' own is not tilted, as in Cycles."""
+    """One lobe. Without a Tangent, only strands' own is tilted, as in Cycles."""
     weight = n.builder.multiply(weight, n.color("Color", 0.8))
     if is_zero(weight):
         return
     n.approximate("as its formula has it; under a sky Cycles' sampler adds light that its evaluation lacks")
     linked = n.optional("Tangent")
-    tangent = n.call(along_edge, static=(2,)) if linked is None else n.call(unit, linked)
+    tangent = n.call(along_hair, static=(2,)) if linked is None else n.call(unit, linked)
+    tilted = n.call(on_strand) if linked is None else n.builder.one
     params = {
         "roughness_u": n.float("RoughnessU", 0.1),
         "roughness_v": n.float("RoughnessV", 1.0),
-        "offset": n.builder.zero if linked is None else n.call(minus, n.float("Offset")),
+        "offset": n.builder.multiply(n.call(minus, n.float("Offset")), tilted),
         "lean": n.call(lean, tangent),
     }
     transmits = str(n.prop("component", "Reflection")).upper() == "TRANSMISSION"
@@ -147,7 +149,7 @@ def principled_hair(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     rough = n.call(varied, n.float("Roughness", 0.3), random, spread)
     around = rough if huang else n.call(varied, n.float("Radial Roughness", 0.3), random, spread)
     coat = n.builder.zero if huang else n.float("Coat")
-    tangent = n.call(along_edge, static=(1,))
+    tangent = n.call(along_hair, static=(1,))
     params = {
         "v": n.call(variance, rough),
         "v0": n.call(variance, n.call(first_roughness, rough, coat)),

@@ -1,4 +1,4 @@
-"""What a point knows of its object: Object Info, Particle Info, Hair Info, Point Info."""
+"""What a point knows of its object: Object Info, Particle Info."""
 
 from __future__ import annotations
 
@@ -80,18 +80,3 @@ def particle_info(n: NodeView) -> Outputs:
     numbers = {name: n.call(particle_number, static=row) for name, row in NUMBERS.items() if n.wants(name)}
     vectors = {name: n.call(particle_vector, static=row) for name, row in VECTORS.items() if n.wants(name)}
     return numbers | vectors
-
-
-@node("HairInfo")
-def hair_info(n: NodeView) -> Outputs:
-    """All 0 on meshes; hair itself is not rendered."""
-    numbers = ("Is Strand", "Intercept", "Length", "Thickness", "Random")
-    zeros: dict[str, Value | None] = {name: n.constant(0.0, FLOAT) for name in numbers}
-    return zeros | {"Tangent Normal": n.constant(0.0, VECTOR)}
-
-
-@node("PointInfo")
-def point_info(n: NodeView) -> Outputs:
-    """All 0 on meshes; point clouds are not rendered."""
-    zero = n.constant(0.0, FLOAT)
-    return {"Position": n.constant(0.0, VECTOR), "Radius": zero, "Random": zero}

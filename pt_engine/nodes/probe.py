@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core import vectors
 from ..core.raykind import RayKind
 from ..core.view import View
 
@@ -33,6 +34,7 @@ class ProbeLanes:
     """
 
     smooth = False
+    rounds = None
     view = View()
 
     def __init__(self, material: NDArray[np.int32], points: Float32) -> None:
@@ -72,6 +74,12 @@ class ProbeLanes:
 
     def edges(self) -> tuple[Float32, Float32]:
         return self.bump_steps(1.0)
+
+    def along_hair(self, corner: int) -> Float32:
+        return vectors.normalize(self.edges()[corner - 1])
+
+    def strand(self) -> Float32:
+        return np.zeros((4, self.n), np.float32)
 
     def barycentric(self) -> Float32:
         return self.position[:2]

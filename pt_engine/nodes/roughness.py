@@ -13,7 +13,7 @@ from .graph import NodeView
 from .ir import FLOAT, VECTOR, Const, Value, lane_op, op
 from .math_nodes import select
 from .surface import is_at_most, is_zero
-from .tangents import around_axis
+from .tangents import surface_tangent
 
 Float32 = NDArray[np.float32]
 TWO_PI: Final = np.float32(2 * np.pi)
@@ -92,7 +92,7 @@ def anisotropic(n: NodeView, alphas: Any, names: tuple[str, str], normal: Value 
         return isotropic(n)
     alpha_x, alpha_y = n.calls(alphas, n.float("Roughness", 0.5), anisotropy)
     linked = n.optional("Tangent")
-    tangent = n.call(around_axis, *n.bent(), static=("Z",)) if linked is None else linked
+    tangent = n.call(surface_tangent, *n.bent()) if linked is None else linked
     rotation = n.float(names[1])
     if not is_zero(rotation):
         extra = () if normal is None else (normal,)

@@ -17,12 +17,21 @@ Float32 = NDArray[np.float32]
 
 @lane_op(VECTOR, reads="generated")
 def around_axis(lanes: Any, axis: str, *normal: Float32) -> Float32:
-    """Unit tangent that runs around an axis of the Generated box: Cycles' default tangent is around Z."""
+    """Unit tangent that runs around an axis of the Generated box."""
     x, y, z = lanes.generated() - np.float32(0.5)
     zero = np.zeros_like(x)
     around = {"X": (zero, -z, y), "Y": (-z, zero, x), "Z": (-y, x, zero)}[axis]
     n = normal[0] if normal else lanes.ns
     return orthogonal_to(n, lanes.to_world_normal(np.stack(around)))
+
+
+@lane_op(VECTOR, reads="generated")
+def surface_tangent(lanes: Any, *normal: Float32) -> Float32:
+    """Cycles' default tangent: along a strand, else around Generated's Z."""
+    tangent: Float32 = around_axis.function(lanes, "Z", *normal)
+    if lanes.rounds is not None:
+        tangent[:, lanes.rounds.curves] = lanes.rounds.tangent
+    return tangent
 
 
 @lane_op(VECTOR, reads=lambda name: (f"tangent:{name}",))

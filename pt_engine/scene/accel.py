@@ -108,8 +108,8 @@ class Accel:
         count_rays(tfar)
         if self.empty:
             n = origin.shape[1]
-            zero = np.zeros(n, np.float32)
-            return Hits(tfar, zero, zero, np.full(n, MISS, np.int32))
+            u, v = np.zeros((2, n), np.float32)  # a caller may put other hits in
+            return Hits(tfar, u, v, np.full(n, MISS, np.int32))
         hit = self._scene.run(origin.T, direction.T, tfar, output=True)
         if self._meshes is None:
             return Hits(hit["tfar"], hit["u"], hit["v"], hit["primID"])

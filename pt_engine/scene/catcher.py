@@ -19,6 +19,7 @@ from ..emitters.lights import Lights
 from ..emitters.restricted import Restrictions, of_all
 from .arrivals import Arrivals
 from .geometry import SKY, Placed
+from .round_accel import through_hulls
 from .sighted import BITS, Sighted, trees_of
 from .sky_lanes import SkyLanes
 from .snapshot import Instances, Visibility
@@ -91,7 +92,8 @@ def with_catchers_alone(scene: Scene, placed: Placed) -> Scene:
     bits = scene.instances.visibility.astype(np.int64)
     classes, kind = np.unique(np.where(scene.catchers, bits, 0), return_inverse=True)
     rows = [classes != 0] + [(classes & bit) != 0 for bit in (*BITS, Visibility.SHADOW)]
-    alone.accel, alone.seen_apart = Sighted(trees_of(placed, kind, np.stack(rows))), True
+    tree = Sighted(trees_of(placed, kind, np.stack(rows)))
+    alone.accel, alone.seen_apart = through_hulls(tree, scene.geometry), True
     alone.lights = _lights(scene.lights)
     return alone
 

@@ -25,9 +25,10 @@ from .accel import Accel, Hits
 from .arrivals import Arrivals
 from .attributes import Layer
 from .geometry import Geometry, chunks, flatten
-from .lanes import Lanes, Surface
+from .lanes import Lanes
 from .scene import Scene
 from .snapshot import Instances, MeshData, Snapshot
+from .surface import Surface
 from .vertex_normals import angle_weighted, face_normals, mean_of_faces, unit_rows
 
 if TYPE_CHECKING:
@@ -47,6 +48,8 @@ def displaced(snapshot: Snapshot, materials: Materials, layers: Layers) -> Snaps
     meshes = list(snapshot.meshes)
     numbers, first = np.unique(snapshot.instances.mesh, return_index=True)
     for m, k in zip(numbers, first, strict=True):
+        if m >= len(meshes):
+            continue  # curves and points don't move, as in Cycles
         material = triangle_materials(meshes[m], snapshot.instances.materials[k])
         moving = [int(x) for x in np.unique(material) if int(x) in materials.displacement]
         if moving:

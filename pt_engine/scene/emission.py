@@ -17,9 +17,9 @@ from .catcher import catch, note_sky
 from .evaluated import evaluated
 from .geometry import SKY
 from .holdout import cut_holes, held
-from .lanes import Surface
 from .reach import lit_by_surfaces, sees_world, ways
 from .sky_lanes import SkyLanes
+from .surface import Surface
 from .wave import Found, Intersection, Rays
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def _surface_emission(scene: Scene, lit: NDArray[np.intp], hit: Surface, path: P
         pdf *= hit.emitter >= 0
     radiance = _radiance(scene, hit, path, lit)
     if scene.reach.group is not None:
-        radiance *= lit_by_surfaces(scene, hit.instance, path, lit)
+        radiance *= lit_by_surfaces(scene, hit, path, lit)
     return Found(lit, radiance, pdf, "surface")
 
 

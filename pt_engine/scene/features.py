@@ -38,6 +38,7 @@ def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[s
             scene.lights.by_place is not None,
             "few emitters are in the scene's own space",
         ),
+        "curves and points": (geometry.rounds is not None, "all that is seen is made of triangles"),
         "shading normals": (bool(geometry.surface_smooth.any()), "every face is flat"),
         "curved shadow terminators": (
             scene.terminator is not None,

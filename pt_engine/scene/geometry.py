@@ -8,9 +8,9 @@ mesh and are shared by its instances; `lanes.Lanes` looks them up only for progr
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from .snapshot import Instances, MeshData, Snapshot
 
 if TYPE_CHECKING:
     from .instancing import Shared, Sharing
+    from .rounds import Rounds
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
@@ -61,6 +62,8 @@ class Geometry:
         Where each instance's triangles begin; several that share them have the same place.
     shared : Shared or None
         Where some records are in object space, since several instances share them.
+    rounds : Rounds or None
+        What some triangles are only the hulls of: curves and points.
     """
 
     origin: Float64
@@ -74,6 +77,7 @@ class Geometry:
     first_triangle: NDArray[np.int64]
     dropped: int
     shared: Shared | None = None
+    rounds: Rounds | None = None
 
     def __post_init__(self) -> None:
         few = len(self.records) <= FEW
@@ -240,7 +244,14 @@ class SurfaceTable:
         return self._number[key]
 
 
-def bounds(meshes: tuple[MeshData, ...], instances: Instances) -> tuple[Float64, float]:
+class HasVertices(Protocol):
+    """A mesh, or as much of one as `bounds` asks for."""
+
+    @property
+    def vertices(self) -> Float32: ...
+
+
+def bounds(meshes: Sequence[HasVertices], instances: Instances) -> tuple[Float64, float]:
     """Centre of the instances' bounding box, and the radius around it (float64, usable vertices only)."""
     low, high = world_boxes(meshes, instances)
     usable = near(low) & near(high)
@@ -251,7 +262,7 @@ def bounds(meshes: tuple[MeshData, ...], instances: Instances) -> tuple[Float64,
     return centre, max(float(np.linalg.norm(highest - centre)), 1e-30)
 
 
-def world_boxes(meshes: tuple[MeshData, ...], instances: Instances) -> tuple[Float64, Float64]:
+def world_boxes(meshes: Sequence[HasVertices], instances: Instances) -> tuple[Float64, Float64]:
     """Corners low and high (I, 3) of boxes around the instances; NaN where a mesh has no usable vertex."""
     nothing = np.full((2, 3), np.nan)
     box = np.array([nothing if b is None else b for b in map(_box, (m.vertices for m in meshes))])

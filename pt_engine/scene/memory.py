@@ -12,7 +12,7 @@ import numpy as np
 
 from .geometry import Int32
 from .instancing import PLAIN, Sharing
-from .snapshot import MeshData, Snapshot
+from .snapshot import CurvesData, MeshData, PointsData, Snapshot
 
 CORNERS, POSITION = 12, 12  # of a triangle's indices and of a vertex, in our arrays
 EMBREES_POSITION = 16  # of a vertex, as embreex hands it over
@@ -83,11 +83,9 @@ def count(snapshot: Snapshot, meshes: Int32) -> Counts:
 
 def snapshot_bytes(snapshot: Snapshot) -> int:
     """Of the arrays that an export has made."""
-    arrays = [
-        a
-        for mesh in snapshot.meshes
-        for a in (*vars(mesh).values(), *mesh.uvs.values(), *mesh.colors.values())
-    ]
+    made: tuple[MeshData | CurvesData | PointsData, ...]
+    made = (*snapshot.meshes, *snapshot.curves, *snapshot.points)
+    arrays = [a for mesh in made for a in (*vars(mesh).values(), *mesh.uvs.values(), *mesh.colors.values())]
     arrays += [a for image in snapshot.images for a in (image.encoded, image.pixels)]
     if snapshot.motion is not None:
         arrays += [rows.matrix for rows in snapshot.motion.instances]

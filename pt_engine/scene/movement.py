@@ -26,13 +26,19 @@ def moving_last(snapshot: Snapshot) -> Snapshot:
     motion = snapshot.motion
     if motion is None:
         return snapshot
-    order = np.argsort(moves(snapshot, motion), kind="stable")
-    place = np.empty_like(order)
-    place[order] = np.arange(len(order))
-    moved = tuple(replace(m, instance=place[m.instance].astype(np.int32)) for m in motion.instances)
-    instances = some_instances(snapshot.instances, order)
+    return reordered(snapshot, np.argsort(moves(snapshot, motion), kind="stable"))
+
+
+def reordered(snapshot: Snapshot, order: NDArray[np.intp]) -> Snapshot:
+    """The snapshot with its instances in another order, and all that numbers them."""
+    instances, motion = some_instances(snapshot.instances, order), snapshot.motion
     links = None if snapshot.linking is None else snapshot.linking.of(order)
-    return replace(snapshot, instances=instances, linking=links, motion=replace(motion, instances=moved))
+    if motion is not None:
+        place = np.empty_like(order)
+        place[order] = np.arange(len(order))
+        moved = tuple(replace(m, instance=place[m.instance].astype(np.int32)) for m in motion.instances)
+        motion = replace(motion, instances=moved)
+    return replace(snapshot, instances=instances, linking=links, motion=motion)
 
 
 def moves(snapshot: Snapshot, motion: Motion) -> NDArray[np.bool_]:

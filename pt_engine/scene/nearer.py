@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from ..core.raykind import RayKind
 from .accel import MISS, Accel, Hits
+from .nested import Nested
 from .sighted import Kinds, Sighted
 
 if TYPE_CHECKING:
-    from .nested import Nested
+    from .round_accel import RoundAccel
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -62,15 +63,15 @@ class Nearer:
         return free
 
 
-def closest(accel: Still | Nearer, o: Float32, d: Float32, tfar: Float32, kind: Kinds) -> Hits:
+def closest(accel: Still | Nearer | RoundAccel, o: Float32, d: Float32, tfar: Float32, kind: Kinds) -> Hits:
     """Closest hits of rays of a `kind`, where that matters."""
-    if isinstance(accel, Sighted | Nearer):
-        return accel.intersect(o, d, tfar, kind)
-    return accel.intersect(o, d, tfar)
+    if isinstance(accel, Accel | Nested):
+        return accel.intersect(o, d, tfar)
+    return accel.intersect(o, d, tfar, kind)
 
 
-def clear(accel: Still | Nearer, o: Float32, d: Float32, tfar: Float32, kind: Kinds) -> Int32:
+def clear(accel: Still | Nearer | RoundAccel, o: Float32, d: Float32, tfar: Float32, kind: Kinds) -> Int32:
     """Whether nothing that rays of a kind see is in their way; as `Accel.visible`."""
-    if isinstance(accel, Sighted | Nearer):
-        return accel.visible(o, d, tfar, kind)
-    return accel.visible(o, d, tfar)
+    if isinstance(accel, Accel | Nested):
+        return accel.visible(o, d, tfar)
+    return accel.visible(o, d, tfar, kind)

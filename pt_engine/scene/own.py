@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from .accel import MISS, Accel, Hits
 from .geometry import Placed
+from .rounds import rounds_among
 from .snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -69,4 +70,6 @@ def looking_at_themselves(snapshot: Snapshot, materials: Materials) -> list[int]
     asks = [m for m, b in enumerate(materials.batch_of) if "own" in materials.batches[b].needs]
     if not asks:
         return []
-    return [int(k) for k in np.flatnonzero(np.isin(snapshot.instances.materials, asks).any(axis=1))]
+    asking = np.isin(snapshot.instances.materials, asks).any(axis=1)
+    asking[rounds_among(snapshot)] = False  # hulls are no surfaces
+    return [int(k) for k in np.flatnonzero(asking)]

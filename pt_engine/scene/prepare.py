@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -33,12 +34,16 @@ from .catcher import catchers_of, with_catchers_alone
 from .displace import displaced
 from .features import ON, features
 from .geometry import BOUND, INSTANCE, Geometry
+from .hulls import hulls, rounds_last
 from .lamp_shader import LampShader
 from .memory import fitted, need, snapshot_bytes
 from .movement import moving_last
 from .own import OwnObjects, looking_at_themselves
 from .placing import build, may_share
 from .reach import reach_of
+from .round_accel import through_hulls
+from .round_lanes import strand_layer
+from .rounds import rounds_among, rounds_of
 from .scene import Scene
 from .sighted import standing_out
 from .slices import Slices
@@ -74,8 +79,11 @@ def prepare(
     textures = TextureStore(snapshot.images, snapshot.ocio_config, texture_memory)
     materials = compile_materials(snapshot.materials, textures=textures)
     world = compile_world(snapshot.world, textures=textures)
-    rest = moving_last(snapshot)
+    rest = moving_last(rounds_last(snapshot))
     snapshot = displaced(rest, materials, shading_layers)
+    if snapshot.curves or snapshot.points:
+        wrapped, samples = hulls(snapshot)
+        rest, snapshot = (replace(s, meshes=s.meshes + wrapped) for s in (rest, snapshot))
     motion = snapshot.motion
     slices = Slices(motion, snapshot, rest, materials, shading_layers) if motion is not None else None
     view = view_of(snapshot.camera)
@@ -83,11 +91,14 @@ def prepare(
     in_slices = 0 if slices is None else slices.bytes
     room = None if memory is None else memory - textures.statistics()["bytes"] - in_slices
     apart = [*selves, *apart_from_others(snapshot), *([] if slices is None else slices.moving)]
+    apart += rounds_among(snapshot).tolist()
     terminator = Terminator.of(snapshot)
     needs = materials.needs | (frozenset() if terminator is None else {"position"})
     sharing = fitted(snapshot, may_share(snapshot, materials, apart), needs, room)
     placed, accel, geometry = build(snapshot, sharing, slices)
     own = OwnObjects(placed, selves) if selves else None
+    if snapshot.curves or snapshot.points:
+        geometry.rounds = rounds_of(snapshot, geometry, samples)
     prim, triangles = emissive_triangles(geometry, materials, snapshot)
     reached = reach_of(snapshot)
     lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
@@ -108,9 +119,12 @@ def prepare(
     lights = make_lights(triangles=triangles)
     geometry.release()
     layers = shading_layers(snapshot, geometry, needs)
+    if geometry.rounds is not None and "strand" in materials.needs:
+        layers["strand", ""] = strand_layer(snapshot, geometry, samples)
     if "rest" in materials.needs:
         layers |= rest_layers(rest, geometry)
-    parts = geometry, accel, snapshot.instances, layers, materials, world, lights
+    queries = through_hulls(accel, geometry)
+    parts = geometry, queries, snapshot.instances, layers, materials, world, lights
     scene = Scene(*parts, film_transparent, reached)
     textures.release()
     scene.textures = textures
@@ -154,6 +168,8 @@ def emissive_triangles(
     if not surface_emits.any():
         return none
     prim = np.flatnonzero(surface_emits[geometry.surface])
+    if geometry.rounds is not None:  # hulls do not shine; what is in them is found by scattered rays alone
+        prim = prim[~geometry.rounds.held(prim)]
     instance = geometry.integer(INSTANCE, prim.astype(np.int32))
     seen = np.flatnonzero(snapshot.instances.visibility[instance] & SCATTERED)
     prim, instance = prim[seen], instance[seen]
@@ -192,7 +208,8 @@ def view_of(camera: CameraData) -> View:
 
 def to_light(geometry: Geometry, materials: Materials) -> Surfaces:
     """What the choice among many emitters depends on."""
-    opaque = not any(batch.transmits for batch in materials.batches)
+    # normals of what is round are not those of its hull
+    opaque = geometry.rounds is None and not any(batch.transmits for batch in materials.batches)
     return Surfaces(geometry.vertices, geometry.triangles, opaque, Accel)
 
 

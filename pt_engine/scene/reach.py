@@ -15,8 +15,8 @@ from .snapshot import Snapshot, Visibility
 
 if TYPE_CHECKING:
     from ..render.path_state import PathState
-    from .lanes import Surface
     from .scene import Scene
+    from .surface import Surface
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -73,16 +73,19 @@ def sees_world(scene: Scene, path: PathState, lanes: Index) -> Bool:
     return seen
 
 
-def lit_by_surfaces(scene: Scene, instance: Int32, path: PathState, lanes: Index) -> Bool:
-    """(K,) whether the emission of surfaces that rays have met, of an `instance` each, counts for them."""
+def lit_by_surfaces(scene: Scene, hit: Surface, path: PathState, lanes: Index) -> Bool:
+    """(K,) whether the emission of surfaces that rays have met counts for them."""
     reach = scene.reach
     lit = np.ones(len(lanes), np.bool_)
     if reach.group is not None:
-        group = reach.group.take(instance)
+        group = reach.group.take(hit.instance)
         if reach.linking is not None:
             lit &= reach.linking.lights(group, path.receiver.take(lanes))
         if reach.apart is not None:
-            lit &= ~(reach.apart.take(group) & np.isfinite(path.pdf.take(lanes)))
+            left = reach.apart.take(group) & (
+                hit.emitter >= 0
+            )  # to shadow rays; what is not sampled has none
+            lit &= ~(left & np.isfinite(path.pdf.take(lanes)))
     return lit
 
 

@@ -28,11 +28,12 @@ from .catcher import Caught, catchers_of
 from .evaluated import evaluated
 from .geometry import SKY, Geometry
 from .holdout import held, only_transparent
-from .lanes import Lanes, Surface
+from .lanes import Lanes
 from .reach import Reach
 from .shading import ShadedBSDF, SliceBSDF
 from .sighted import Sighted, sees_apart
 from .snapshot import Instances, Visibility
+from .surface import Surface
 from .terminator import Terminator
 from .transforms import Transforms
 from .transmittance import transmittance
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from .nearer import Nearer
     from .nested import Nested
     from .own import OwnObjects
+    from .round_accel import RoundAccel
     from .slices import Slices
 
 Float32 = NDArray[np.float32]
@@ -85,7 +87,7 @@ class Scene:
     def __init__(
         self,
         geometry: Geometry,
-        accel: Accel | Nearer | Nested | Sighted,
+        accel: Accel | Nearer | Nested | RoundAccel | Sighted,
         instances: Instances,
         layers: dict[tuple[str, str], Layer],
         materials: Materials,

@@ -26,6 +26,7 @@ from .geometry import BOUND, FEW, PLANE, Geometry, Placed, mirrors, pack_planes,
 from .movement import Movement, some_instances
 from .nearer import Nearer
 from .own import looking_at_themselves
+from .round_accel import through_hulls
 from .shutter import Shutter
 from .sighted import Sighted, sighted
 from .snapshot import MeshData, Motion, Snapshot
@@ -151,7 +152,7 @@ class Slices:
         moved = self._displaced(before)
         placed = place(moved, frame=(geometry.origin, geometry.radius))
         tree = sighted(placed, moved.instances, self._linking)
-        scene.accel = Nearer(self._still_tree, tree, self._first)
+        scene.accel = through_hulls(Nearer(self._still_tree, tree, self._first), geometry)
         scene.geometry = self._geometry(geometry, moved, placed)
         scene.transforms = still.transforms.with_last(moved.instances.matrix, geometry.origin)
         if self._movement.deforming:

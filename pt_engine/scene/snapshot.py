@@ -146,13 +146,72 @@ class MeshData:
 
 
 @dataclass(frozen=True)
+class CurvesData:
+    """Hair: strands through points, in object space.
+
+    Attributes
+    ----------
+    points : (P, 3) float32
+        Of all curves, one after the other.
+    radius : (P,) float32
+    first : (C + 1,) int32
+        Where each curve's points begin, and the number of points.
+    material_slot : (C,) int32
+    shape : str
+        RIBBON (flat, turned to each ray, shaded as if round), THICK (round, open at its ends), both along
+        Catmull-Rom splines; LINEAR (straight cones that spheres join).
+    subdivisions : int
+        A ribbon's segment has one straight piece more than that, where it is bent.
+    uvs : dict[str, (C, 2) float32]
+    colors : dict[str, (P, 4) or (C, 4) float32]
+        As in `MeshData`, by point or by curve.
+    active_uv, active_color : str
+    generated : (C, 3) float32 or None
+        Generated coordinates; None for those of the object.
+    """
+
+    name: str
+    points: Float32
+    radius: Float32
+    first: Int32
+    material_slot: Int32
+    shape: str = "RIBBON"
+    subdivisions: int = 2
+    uvs: dict[str, Float32] = field(default_factory=dict)
+    colors: dict[str, Float32] = field(default_factory=dict)
+    active_uv: str = ""
+    active_color: str = ""
+    generated: Float32 | None = None
+
+
+@dataclass(frozen=True)
+class PointsData:
+    """A point cloud: spheres, in object space.
+
+    Attributes
+    ----------
+    points : (P, 3) float32
+    radius : (P,) float32
+    uvs : dict[str, (P, 2) float32]
+    colors : dict[str, (P, 4) float32]
+        As in `MeshData`.
+    """
+
+    name: str
+    points: Float32
+    radius: Float32
+    uvs: dict[str, Float32] = field(default_factory=dict)
+    colors: dict[str, Float32] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Instances:
     """All placed meshes, one row each (struct of arrays: a scene may have 10,000 of them).
 
     Attributes
     ----------
     mesh : (I,) int32
-        Index into `Snapshot.meshes`.
+        Index into `Snapshot.meshes`; beyond them into `Snapshot.curves`, then into `Snapshot.points`.
     matrix : (I, 4, 4) float64
         Object to world.
     materials : (I, S) int32
@@ -273,6 +332,8 @@ class Snapshot:
     exposure: float = 1.0
     unsupported: tuple[tuple[str, str, str], ...] = ()
     ocio_config: str = ""
+    curves: tuple[CurvesData, ...] = ()
+    points: tuple[PointsData, ...] = ()
     world_visibility: int = Visibility.ALL
     linking: Linking | None = None
     clear_glass: float = -1.0

@@ -26,6 +26,8 @@ CLASSES: dict[str, type] = {
     for cls in (
         data.Snapshot,
         data.MeshData,
+        data.CurvesData,
+        data.PointsData,
         data.Instances,
         data.Graph,
         data.Node,
@@ -52,6 +54,10 @@ def check(snapshot: object) -> data.Snapshot:
     check_types(snapshot, "snapshot")
     for mesh in snapshot.meshes:
         check_mesh(mesh)
+    for curves in snapshot.curves:
+        check_curves(curves)
+    for points in snapshot.points:
+        check_points(points)
     check_instances(snapshot)
     if snapshot.linking is not None:
         check_linking(snapshot.linking, snapshot)
@@ -63,8 +69,12 @@ def check(snapshot: object) -> data.Snapshot:
         check_image(image, snapshot.images)
     for light in snapshot.lights:
         shape(light.matrix, (4, 4), "a lamp's matrix")
+        require(0 <= light.visibility <= 255, "a lamp's visibility is no set of rays")
+        require(light.max_bounces >= 0, "a lamp's bounces are negative")
+        require(0 <= light.group < 1 << 31, "a lamp's group is out of range")
     shape(snapshot.camera.matrix, (4, 4), "the camera's matrix")
     require(len(snapshot.materials) > 0, "there is no material 0")
+    require(0 <= snapshot.world_visibility <= 255, "the world's visibility is no set of rays")
     if snapshot.motion is not None:
         check_motion(snapshot.motion, snapshot)
     return snapshot
@@ -199,12 +209,44 @@ def check_layers(mesh: data.MeshData) -> None:
         require(by_corner or len(layer) == len(mesh.vertices), f"color {name} is too short")
 
 
+def check_curves(curves: data.CurvesData) -> None:
+    """Shapes of strands, and that they follow each other."""
+    points, count = len(curves.points), len(curves.material_slot)
+    shape(curves.points, (None, 3), "curves.points")
+    shape(curves.radius, (points,), "curves.radius")
+    shape(curves.first, (count + 1,), "curves.first")
+    first = curves.first.astype(np.int64)
+    follow = first[0] == 0 and first[-1] == points and bool((np.diff(first) >= 0).all())
+    require(follow, "curves.first does not cover the points")
+    require(count == 0 or int(np.min(curves.material_slot)) >= 0, "material_slot is negative")
+    require(curves.shape in ("RIBBON", "THICK", "LINEAR"), f"curves are {curves.shape}")
+    require(0 <= curves.subdivisions <= 64, "curves.subdivisions is out of range")
+    for name, layer in curves.uvs.items():
+        shape(layer, (count, 2), f"uv map {name}")
+    for name, layer in curves.colors.items():
+        shape(layer, (points if len(layer) == points else count, 4), f"color {name}")
+    if curves.generated is not None:
+        shape(curves.generated, (count, 3), "curves.generated")
+
+
+def check_points(points: data.PointsData) -> None:
+    """Shapes of a point cloud."""
+    count = len(points.points)
+    shape(points.points, (None, 3), "points.points")
+    shape(points.radius, (count,), "points.radius")
+    for name, layer in points.uvs.items():
+        shape(layer, (count, 2), f"uv map {name}")
+    for name, layer in points.colors.items():
+        shape(layer, (count, 4), f"color {name}")
+
+
 def check_instances(snapshot: data.Snapshot) -> None:
     """Rows of equal number that point at what there is."""
     rows = snapshot.instances
     count = len(rows.mesh)
     shape(rows.mesh, (count,), "instances.mesh")
-    within(rows.mesh, len(snapshot.meshes), "instances.mesh")
+    placed = len(snapshot.meshes) + len(snapshot.curves) + len(snapshot.points)
+    within(rows.mesh, placed, "instances.mesh")
     shape(rows.matrix, (count, 4, 4), "instances.matrix")
     shape(rows.materials, (count, None), "instances.materials")
     require(count == 0 or rows.materials.shape[1] > 0, "instances have no material")

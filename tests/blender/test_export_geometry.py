@@ -201,11 +201,22 @@ def test_particle_instances_are_placed():
     assert len(rows_of(snapshot, "Ball")) == 31
 
 
-def test_hair_strands_are_named():
+def test_hair_strands_are_curves_of_their_own():
+    """Each particle a strand of 2^steps + 1 points; the emitter's mesh stays, unless it is not shown."""
     bpy.ops.mesh.primitive_plane_add()
-    bpy.context.object.modifiers.new("Particles", "PARTICLE_SYSTEM")
-    bpy.context.object.particle_systems[0].settings.type = "HAIR"
-    assert ("Object Plane", "hair particles", "missing in the image") in export().unsupported
+    plane = bpy.context.object
+    plane.modifiers.new("Particles", "PARTICLE_SYSTEM")
+    settings = plane.particle_systems[0].settings
+    settings.type, settings.count, settings.display_step = "HAIR", 7, 2
+    snapshot = export()
+    assert snapshot.unsupported == ()
+    (curves,) = snapshot.curves
+    np.testing.assert_array_equal(curves.first, 5 * np.arange(8))
+    assert snapshot.instances.mesh.tolist() == [0, 1]
+    plane.show_instancer_for_viewport = plane.show_instancer_for_render = False
+    assert export().instances.mesh.tolist() == [0]
+    bpy.context.view_layer.use_strand = False
+    assert export().curves == ()
 
 
 def test_hidden_and_excluded_objects_are_absent(scene):

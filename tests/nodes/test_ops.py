@@ -145,7 +145,7 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
 OUTPUTS = {
     *("Generated", "Normal", "UV", "Object", "Reflection", "Camera", "Window"),
     *("View Vector", "View Z Depth", "Index", "Age", "Lifetime", "Size", "Velocity"),
-    *("Position", "Tangent", "True Normal", "Incoming", "Parametric", "Backfacing"),
+    *("Position", "Tangent", "Tangent Normal", "True Normal", "Incoming", "Parametric", "Backfacing"),
     *("Pointiness", "Random Per Island"),
     *("Color", "Alpha", "Location", "Object Index", "Random", "Value", "Dot"),
     *("Ray Length", "Ray Depth", "Transparent Depth", "Diffuse Depth", *light_path.KINDS),

@@ -61,10 +61,21 @@ def small_snapshot():
         data.ImageData("udim", tiles=((1001, 0), (1012, 2)), as_rgba=True),
     )
     lights = (data.LightData("POINT", "Lamp", np.eye(4), 10.0, graph=graph("Lamp")),)
+    curves = data.CurvesData(
+        name="hair",
+        points=rng.random((5, 3), np.float32),
+        radius=rng.random(5, np.float32),
+        first=np.array([0, 2, 5], np.int32),
+        material_slot=np.zeros(2, np.int32),
+        uvs={"UVMap": rng.random((2, 2), np.float32)},
+        colors={"by point": rng.random((5, 4), np.float32), "by curve": rng.random((2, 4), np.float32)},
+        generated=rng.random((2, 3), np.float32),
+    )
+    points = data.PointsData("cloud", rng.random((3, 3), np.float32), rng.random(3, np.float32))
     camera = data.CameraData("PANO", np.eye(4), (-1.0, 1.0, -0.5, 0.5), panorama="MIRRORBALL")
     return data.Snapshot(
         (mesh,), instances, (graph("none"), graph()), images, lights, graph("World"), camera,
-        unsupported=(("where", "what", "effect"),),
+        unsupported=(("where", "what", "effect"),), curves=(curves,), points=(points,),
     )  # fmt: skip
 
 
@@ -306,3 +317,23 @@ def test_what_a_snapshot_cannot_hold_is_refused_on_saving():
     snapshot = dataclasses.replace(small_snapshot(), unsupported=(object(),))
     with pytest.raises(SnapshotError, match="can't hold"):
         saved(snapshot)
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        {"first": np.array([0, 4, 3], np.int32)},
+        {"first": np.array([0, 2, 6], np.int32)},
+        {"radius": np.zeros(4, np.float32)},
+        {"shape": "ROUND"},
+        {"subdivisions": 1000},
+        {"uvs": {"a": np.zeros((3, 2), np.float32)}},
+        {"colors": {"a": np.zeros((3, 4), np.float32)}},
+        {"material_slot": np.array([0, -1], np.int32)},
+    ],
+)
+def test_curves_that_point_past_their_arrays_are_refused(broken):
+    snapshot = small_snapshot()
+    curves = dataclasses.replace(snapshot.curves[0], **broken)
+    with pytest.raises(SnapshotError):
+        loaded(saved(dataclasses.replace(snapshot, curves=(curves,))))

@@ -1,4 +1,4 @@
-"""Every placed mesh and lamp of the depsgraph, meshes shared by those that look alike.
+"""Every placed mesh, strand, point and lamp of the depsgraph, geometry shared by those that look alike.
 
 An instance of `depsgraph.object_instances` lives only in its loop step, so what can be read for all at once
 (matrices, random ids) is read with `foreach_get`, and what belongs to the object is read once per object.
@@ -15,20 +15,24 @@ from typing import NamedTuple
 import numpy as np
 
 from ...scene.snapshot import Instances, Visibility
+from .curves import curve_shape, export_curves, export_strands, hair_systems
 from .lights import export_light
 from .linking import Links
 from .meshes import export_mesh
 from .needs import Needs, graph_needs, union
 from .placed import PlacedAttributes
+from .points import export_points
 from .random_id import random_of
 
 NOT_RENDERED = {
-    "CURVES": "hair curves",
-    "POINTCLOUD": "point cloud",
     "VOLUME": "volume object",
     "GREASEPENCIL": "grease pencil",
     "GPENCIL": "grease pencil",
 }
+
+
+GEOMETRY = {"MESH", "CURVES", "POINTCLOUD"}
+CURVES_FROM, POINTS_FROM = 1 << 28, 1 << 29  # numbers of curves and points while meshes are being counted
 
 
 class Look(NamedTuple):
@@ -54,6 +58,8 @@ class Collector:
     unsupported: list
     dicing: object
     meshes: list = field(default_factory=list)
+    curves: list = field(default_factory=list)
+    points: list = field(default_factory=list)
     lights: list = field(default_factory=list)
     linking: object = None
     needs: dict = field(default_factory=dict)
@@ -63,12 +69,13 @@ class Collector:
         self.links = Links(self.depsgraph)
         self._slots: dict = {}
         self._mesh_number: dict = {}
+        self.viewport = self.depsgraph.mode == "VIEWPORT"
+        self.curve_shape = curve_shape(self.depsgraph.scene_eval)
         self._graph_needs: dict = {}
 
     def run(self) -> Instances:
         """All instances; fills `meshes`, `lights`, `linking`, and `rows`: where the depsgraph has each."""
-        if self.view_layer.use_solid:
-            self.learn_materials()
+        self.learn_materials()
         rows: list[int] = []
         looks: list[Look] = []
         known: dict = {}
@@ -79,15 +86,16 @@ class Collector:
             kind = owner.type
             if kind == "LIGHT":
                 self.light(instance)
-            elif kind == "MESH" and self.view_layer.use_solid and instance.show_self:
+            elif kind in GEOMETRY:
                 key = self.key(instance, owner)
-                look = known.get(key)
-                if look is None:
-                    look = known[key] = self.look(instance, owner)
-                if look.mesh >= 0:
-                    rows.append(row)
-                    looks.append(look)
-                    placed.add(instance)
+                for hair in self.shown(instance, owner):
+                    look = known.get((key, hair))
+                    if look is None:
+                        look = known[key, hair] = self.look(instance, owner, hair)
+                    if look.mesh >= 0:
+                        rows.append(row)
+                        looks.append(look)
+                        placed.add(instance)
             elif kind in NOT_RENDERED:
                 self.unsupported.append((f"Object {owner.name}", NOT_RENDERED[kind], "missing in the image"))
         self.linking = self.links.table([look.sets for look in looks])
@@ -100,11 +108,20 @@ class Collector:
         parent = instance.parent
         return owner.original.as_pointer(), owner.data.as_pointer(), parent and parent.as_pointer()
 
+    def shown(self, instance, owner) -> list[bool]:
+        """What is to be seen of an instance: False for its own geometry, True for its particles' strands."""
+        own = instance.show_self and (owner.type != "CURVES" or self.view_layer.use_strand)
+        if owner.type == "MESH":
+            own = own and self.view_layer.use_solid
+            if instance.show_particles and self.view_layer.use_strand:
+                return [False] * own + [True] * bool(hair_systems(owner, self.viewport))
+        return [False] * own
+
     def learn_materials(self) -> None:
         """Which layers each mesh must bring, from the materials of all who use it."""
         for instance in self.depsgraph.object_instances:
             owner = instance.object
-            if owner.type != "MESH" or not instance.show_self:
+            if owner.type not in GEOMETRY or not self.shown(instance, owner):
                 continue
             key = owner.original.as_pointer(), owner.data.as_pointer()
             if key not in self._slots:
@@ -124,12 +141,13 @@ class Collector:
             self._graph_needs[number] = graph_needs(self.materials.graphs[number])
         return self._graph_needs[number]
 
-    def look(self, instance, owner) -> Look:
+    def look(self, instance, owner, hair: bool) -> Look:
         data = owner.data.as_pointer()
-        if data not in self._mesh_number:
-            self._mesh_number[data] = self.mesh(owner, data, instance.matrix_world)
+        known = (owner.original.as_pointer(), data) if hair else data
+        if known not in self._mesh_number:
+            self._mesh_number[known] = self.geometry(instance, owner, data, hair)
         return Look(
-            self._mesh_number[data],
+            self._mesh_number[known],
             self._slots[owner.original.as_pointer(), data],
             self.visibility(instance, owner),
             tuple((instance.parent if instance.is_instance else owner).color),  # an instancer's, as in Cycles
@@ -138,6 +156,19 @@ class Collector:
             self.links.sets(owner, instance.parent),
             owner.shadow_terminator_geometry_offset,
         )
+
+    def geometry(self, instance, owner, data: int, hair: bool) -> int:
+        """Number of a new geometry, -1 where there is nothing of it."""
+        if owner.type == "POINTCLOUD":
+            return listed(self.points, POINTS_FROM, export_points(owner.name, owner.data, self.needs[data]))
+        if owner.type == "CURVES":
+            curves = export_curves(owner.name, owner.data, self.needs[data], *self.curve_shape)
+            return listed(self.curves, CURVES_FROM, curves)
+        if hair:
+            emitter = owner.original.evaluated_get(self.depsgraph)
+            strands = export_strands(emitter, self.viewport, self.needs[data], *self.curve_shape)
+            return listed(self.curves, CURVES_FROM, strands)
+        return self.mesh(owner, data, instance.matrix_world)
 
     def mesh(self, owner, data: int, matrix) -> int:
         """Number of a new mesh, -1 where it has no triangles."""
@@ -173,6 +204,12 @@ class Collector:
             bits |= Visibility.CATCHER
         return bits
 
+    def final_number(self, number: int) -> int:
+        """Of a geometry, when all are known: meshes, then curves, then points."""
+        if number >= POINTS_FROM:
+            return number - POINTS_FROM + len(self.meshes) + len(self.curves)
+        return number - CURVES_FROM + len(self.meshes) if number >= CURVES_FROM else number
+
     def table(self, rows, looks, attributes) -> Instances:
         """Struct of arrays."""
         every = self.depsgraph.object_instances
@@ -188,7 +225,7 @@ class Collector:
         count = len(looks)
         padded = [look.materials + look.materials[-1:] * (width - len(look.materials)) for look in looks]
         return Instances(
-            mesh=np.array([look.mesh for look in looks], np.int32),
+            mesh=np.array([self.final_number(look.mesh) for look in looks], np.int32),
             matrix=matrix.reshape(total, 4, 4).transpose(0, 2, 1)[rows].astype(np.float64),
             materials=np.array(padded, np.int32).reshape(count, width),
             random=random_of(random_id[rows], names, is_instance[rows]),
@@ -199,6 +236,14 @@ class Collector:
             attributes=attributes,
             terminator=np.array([look.terminator for look in looks], np.float32),
         )
+
+
+def listed(geometries: list, start: int, geometry) -> int:
+    """The number of a geometry that is put into a list; -1 for none."""
+    if geometry is None:
+        return -1
+    geometries.append(geometry)
+    return start + len(geometries) - 1
 
 
 def slots_of(owner) -> list:

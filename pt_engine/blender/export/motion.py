@@ -29,9 +29,9 @@ from .shutter import Shutter, deforms, steps_of
 
 
 class Mover(NamedTuple):
-    """An exported instance: its row in `Instances`, how often to look at it, its mesh if that may deform."""
+    """What is exported of an instance, how often to look at it, and its mesh if that may deform."""
 
-    row: int
+    rows: tuple[int, ...]  # in `Instances`: several where it shows strands beside its mesh
     steps: int
     mesh: int  # -1 where another one shows the same mesh, or its shape is not to be blurred
     particle: bool
@@ -68,29 +68,37 @@ class MotionReader:
         self.instances, self.meshes = instances, meshes
         self.movers: dict[tuple, Mover] = {}
         self.shapes: dict[int, Shape] = {}
+        self.strands: dict[
+            tuple, tuple[str, bytes]
+        ] = {}  # objects with strands, and their shape in the middle
         self.matrices: dict[tuple, dict[int, np.ndarray]] = {}
         self.unsupported: list[tuple[str, str, str]] = []
-        self.find_movers({int(row): k for k, row in enumerate(rows)})
+        exported: dict[int, tuple[int, ...]] = {}
+        for k, row in enumerate(rows):
+            exported[int(row)] = (*exported.get(int(row), ()), k)
+        self.find_movers(exported)
 
-    def find_movers(self, number: dict[int, int]) -> None:
+    def find_movers(self, exported: dict[int, tuple[int, ...]]) -> None:
         """Who is to be looked at, and the shapes of the middle."""
         seen: set[int] = set()
         for row, instance in enumerate(self.depsgraph.object_instances):
-            k = number.get(row)
-            if k is None:
-                continue
+            own = exported.get(row, ())
             owner, parent = instance.object, instance.parent if instance.is_instance else None
-            steps, mesh = steps_of(owner, parent), int(self.instances.mesh[k])
-            if not steps:
+            steps = steps_of(owner, parent)
+            if not own or not steps:
                 continue
+            mesh = int(self.instances.mesh[own[0]])
             first = mesh not in seen
             seen.add(mesh)
-            if first and deforms(owner, parent) and may_deform(owner):
+            bends = first and deforms(owner, parent) and may_deform(owner)
+            if bends and mesh < len(self.meshes):
                 self.shapes[mesh] = self.shape_of(owner, self.meshes[mesh], steps)
             else:
                 mesh = -1
+            if bends and int(self.instances.mesh[own[-1]]) >= len(self.meshes):
+                self.strands[identity(instance)] = (owner.name, keys_of(owner, self.depsgraph))
             particle = instance.is_instance and instance.particle_system is not None
-            self.movers[identity(instance)] = Mover(k, steps, mesh, particle)
+            self.movers[identity(instance)] = Mover(own, steps, mesh, particle)
 
     @staticmethod
     def shape_of(owner, middle: MeshData, steps: int) -> Shape:
@@ -144,9 +152,18 @@ class MotionReader:
             mover = self.movers.get(key)
             if mover is None or not falls_on(time, finest, mover.steps):
                 continue
+            if key in self.strands:
+                self.look_at_strands(key, instance.object)
             self.matrices.setdefault(key, {})[time] = matrix[row].astype(np.float64)
             if mover.mesh >= 0 and not self.shapes[mover.mesh].problem:
                 self.look_at_shape(self.shapes[mover.mesh], instance.object, time)
+
+    def look_at_strands(self, key: tuple, owner) -> None:
+        """Name an object whose strands or points are not as in the middle."""
+        name, middle = self.strands[key]
+        if keys_of(owner, self.depsgraph) != middle:
+            del self.strands[key]
+            self.unsupported.append((f"Object {name}", "motion blur", "sharp where strands or points change"))
 
     @staticmethod
     def look_at_shape(shape: Shape, owner, time: int) -> None:
@@ -172,19 +189,19 @@ class MotionReader:
         paths: dict[int, list[tuple[int, np.ndarray]]] = {}
         gone = []
         for key, mover in self.movers.items():
-            found, middle = self.matrices.get(key, {}), self.instances.matrix[mover.row]
+            found, middle = self.matrices.get(key, {}), self.instances.matrix[mover.rows[0]]
             times = range(0, finest, (finest - 1) // (mover.steps - 1))
             absent = [time for time in times if time not in found and 2 * time != finest - 1]
             if absent and mover.particle:
-                gone.append(mover.row)
+                gone += mover.rows
                 continue
             path = np.array([found.get(time, middle) for time in times])
             if absent:
-                self.note_absent(mover.row)
+                self.note_absent(mover.rows[0])
             if absent and absent[-1] == times[-1] and (path != middle).any():
                 path = path[:-1]
             if (path != middle).any():
-                paths.setdefault(len(path), []).append((mover.row, path))
+                paths.setdefault(len(path), []).extend((row, path) for row in mover.rows)
         kept = np.setdiff1d(np.arange(len(self.instances.mesh)), gone)
         place = np.zeros(len(self.instances.mesh), np.int32)
         place[kept] = np.arange(len(kept))
@@ -239,6 +256,15 @@ def may_deform(owner) -> bool:
     keys = getattr(data, "shape_keys", None)
     animated = getattr(data, "animation_data", None) is not None
     return bool(len(owner.modifiers) or keys or animated or owner.original.type != "MESH")
+
+
+def keys_of(owner, depsgraph) -> bytes:
+    """Of an object whose strands or points may change: the positions of what makes them."""
+    if owner.type != "MESH":
+        return read(owner.data.attributes["position"].data, "vector", np.float32, 3).tobytes()
+    systems = owner.original.evaluated_get(depsgraph).particle_systems
+    particles = [particle for system in systems for particle in system.particles]
+    return np.array([key.co for particle in particles for key in particle.hair_keys], np.float32).tobytes()
 
 
 def corners_of(data) -> tuple[int, ...]:

@@ -78,6 +78,8 @@ def export_moment(depsgraph, camera, size, shutter: Shutter, frame: int) -> Snap
         exposure=getattr(getattr(scene, "cycles", None), "film_exposure", 1.0),
         unsupported=tuple(dict.fromkeys(unsupported)),
         ocio_config=ocio_config(),
+        curves=tuple(collector.curves),
+        points=tuple(collector.points),
         world_visibility=world_visibility(scene, view_layer),
         linking=linking,
         clear_glass=clear_glass(scene),

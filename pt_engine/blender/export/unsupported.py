@@ -69,12 +69,7 @@ def texture_settings(scene):
 
 
 def of_object(owner):
-    """Hair strands, and cosines bent at the shadow terminator."""
-    where = f"Object {owner.name}"
+    """Cosines bent at the shadow terminator."""
     if owner.type == "MESH" and getattr(owner, "shadow_terminator_shading_offset", 0.0) > 0.0:
+        where = f"Object {owner.name}"
         yield (where, "shadow terminator shading offset", "light fades with its own cosine")
-    for modifier in owner.modifiers:
-        if modifier.type == "PARTICLE_SYSTEM" and modifier.show_render:
-            settings = modifier.particle_system.settings
-            if settings.render_type == "PATH" and settings.type == "HAIR":
-                yield (where, "hair particles", "missing in the image")

@@ -1,0 +1,248 @@
+"""Triangles around what is round, for Embree to find: prisms around curves, octahedra around points.
+
+Embree's Python binding knows triangles only. So each piece of a curve is wrapped in a prism of four sides,
+cut where the piece is, and each point in an octahedron; a ray that meets one of their triangles is then
+tried on the piece or the sphere itself (`round_accel`). The hulls are ordinary meshes of the snapshot: they
+are placed, instanced and given attributes like all others. Corners 0 and 2 of a prism's triangle have the
+values of the piece's beginning, corner 1 those of its end, so that barycentric u is the way along it and v
+does not matter.
+
+A ray that passes through a convex cell crosses its surface twice; so one face may be left out, and the prism
+stays open at its end, where the next one begins.
+
+Of the rays that meet a convex hull, those that miss what is in it are one less the ratio of perimeters (for
+points, of surfaces), by Cauchy: 21 % for four sides around a circle, 40 % for three. More sides cost memory.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core import frames
+from .geometry import bounds, chunks
+from .movement import reordered
+from .snapshot import CurvesData, InstanceMotion, MeshData, Motion, PointsData, Snapshot
+from .strands import Samples, sampled, tangents
+
+Float32 = NDArray[np.float32]
+Float64 = NDArray[np.float64]
+Int32 = NDArray[np.int32]
+
+STILL = "motion blur of curves and points"
+SIDES = 4
+SLACK = 1.002  # a hull is larger than what it holds, by more than rounding
+ROUNDING = 2.0**-20  # of the largest coordinate
+OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], np.float64)
+FACES = np.array(
+    [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]], np.int64
+)
+AS_IT_IS = np.array([[0.5, 0.5, 0.5], [0.5, 0.5, 0.5]], np.float32)  # the texture space that changes nothing
+
+
+def rounds_last(snapshot: Snapshot) -> Snapshot:
+    """The snapshot with the instances of curves and points after all others; itself where it has none.
+
+    They stand still: what moves is built for each moment (`slices`), pieces of curves only once.
+    """
+    is_round = snapshot.instances.mesh >= len(snapshot.meshes)
+    if not is_round.any():
+        return snapshot
+    return reordered(standing_still(snapshot, is_round), np.argsort(is_round, kind="stable"))
+
+
+def standing_still(snapshot: Snapshot, still: NDArray[np.bool_]) -> Snapshot:
+    """The snapshot without the motion of the instances `still` (I,), which are listed."""
+    motion, names = snapshot.motion, snapshot.instances.names
+    if motion is None:
+        return snapshot
+    stopped = [k for rows in motion.instances for k in rows.instance[still[rows.instance]]]
+    kept = [(rows, ~still[rows.instance]) for rows in motion.instances]
+    moved = tuple(InstanceMotion(rows.instance[on], rows.matrix[on]) for rows, on in kept if on.any())
+    left = Motion(motion.shutter, moved, motion.meshes, motion.cameras)
+    effect = "sharp, where it is in the middle of the shutter's time"
+    entries = dict.fromkeys((f"Object {names[k]}", STILL, effect) for k in stopped)
+    return replace(
+        snapshot,
+        motion=left if moved or left.meshes or left.cameras else None,
+        unsupported=(*snapshot.unsupported, *entries),
+    )
+
+
+def radius_scale(matrix: Float64) -> float:
+    """What a 4×4 matrix makes of radii: the cube root of what it makes of volumes, as in Cycles."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        return float(np.cbrt(np.abs(np.linalg.det(matrix[:3, :3]))))
+
+
+class Room(NamedTuple):
+    """How much larger than their radius hulls must be, to be large enough in every instance.
+
+    Attributes
+    ----------
+    factor : float
+        More than 1 only where a matrix scales one axis more than another: radii stay round, hulls don't.
+    least : float
+        What the coarsest rounding of world positions is in object space.
+    """
+
+    factor: float
+    least: float
+
+
+def room(matrices: Float64, scene_radius: float) -> Room:
+    """For (I, 4, 4) matrices."""
+    factor, least = 1.0, 0.0
+    for matrix in matrices:
+        if np.isfinite(matrix).all():
+            shortest = float(np.linalg.svd(matrix[:3, :3], compute_uv=False)[2])
+            if shortest > 0:
+                factor = max(factor, radius_scale(matrix) / shortest)
+                least = max(least, scene_radius / shortest)
+    return Room(min(factor, 1e3), least * ROUNDING)
+
+
+def margin(points: Float32, radius: Float32, room: Room) -> Float64:
+    """(N,) inner radius of hulls around radii at points (N, 3)."""
+    reach = np.abs(points).max(axis=1) if len(points) else np.zeros(0)
+    return radius.astype(np.float64) * (SLACK * room.factor) + reach * ROUNDING + room.least
+
+
+def curves_hull(curves: CurvesData, samples: Samples, room: Room) -> MeshData:
+    """Prisms around all pieces, 10 triangles each, or 12 of LINEAR ones."""
+    start = samples.start
+    closed = curves.shape == "LINEAR"
+    radius = margin(samples.points, samples.radius, room)
+    corners = np.empty((len(start), 2, SIDES, 3), np.float32)
+    for part in chunks(len(start)):
+        corners[part] = prisms(replace(samples, start=start[part]), radius, closed)
+    triangles, ends = prism_triangles(len(start), closed)
+    row = None
+    if curves.uvs or curves.colors:
+        row = (start[:, None, None] + ends.astype(np.int32)).reshape(-1, 3)
+    by_curve = {name: uv[samples.curve] for name, uv in curves.uvs.items()}
+    colors = {
+        name: samples.by_point(color) if len(color) == len(curves.points) else color[samples.curve]
+        for name, color in curves.colors.items()
+    }
+    orco = None
+    if curves.generated is not None:
+        orco = np.repeat(curves.generated[samples.curve[start]], 2 * SIDES, axis=0)
+    return MeshData(
+        name=curves.name,
+        vertices=corners.reshape(-1, 3),
+        triangles=triangles,
+        material_slot=np.repeat(curves.material_slot[samples.curve[start]], len(ends)),
+        corner_index=row,
+        uvs=by_curve,
+        colors=colors,
+        active_uv=curves.active_uv,
+        active_color=curves.active_color,
+        texture_space=AS_IT_IS,
+        orco=orco,
+    )
+
+
+def prisms(samples: Samples, radius: Float64, closed: bool) -> Float64:
+    """(K, 2, 4, 3) corners of prisms whose sides touch cones of `radius` (S,), cut as these are.
+
+    `closed` ones are not cut, but long enough for the spheres at their ends.
+    """
+    start = samples.start
+    p0, p1 = (samples.points[k].astype(np.float64) for k in (start, start + 1))
+    along = p1 - p0
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    axis = along / (length + (length == 0))
+    s, t = (x.T for x in frames.frame(axis.T))
+    angle = 2 * np.pi * np.arange(SIDES) / SIDES
+    around = np.cos(angle)[:, None] * s[:, None] + np.sin(angle)[:, None] * t[:, None]
+    # the slope of a cone brings its sides closer to the axis
+    slope = np.abs(radius[start + 1] - radius[start])[:, None] / (length + (length == 0))
+    wider = np.sqrt(1 + np.minimum(slope, 4) ** 2) / np.cos(np.pi / SIDES)
+    r0, r1 = radius[start][:, None] * wider, radius[start + 1][:, None] * wider
+    if closed:
+        most = np.maximum(r0, r1)
+        p0, p1, r0, r1 = p0 - axis * most, p1 + axis * most, most, most
+    low, high = p0[:, None] + around * r0[:, None], p1[:, None] + around * r1[:, None]
+    if closed:
+        return np.stack([low, high], axis=1)
+    edge = high - low
+    begin, end = tangents(samples.points, samples)
+    cuts = []
+    for plane, point, base in ((begin, p0, r0), (end, p1, r1)):
+        down = (edge * plane[:, None]).sum(axis=2)
+        off = ((point[:, None] - low) * plane[:, None]).sum(axis=2)
+        usable = np.abs(down) > 1e-12 * length
+        cut = np.where(usable, off / np.where(usable, down, 1), 0.0 if point is p0 else 1.0)
+        reach = 4 * base / (length + (length == 0))  # a cut does not go further than that
+        whole = 0.0 if point is p0 else 1.0
+        cuts.append(np.clip(cut, whole - reach, whole + reach))
+    middle = 0.5 * (cuts[0] + cuts[1])
+    first, last = np.minimum(cuts[0], middle), np.maximum(cuts[1], middle)
+    return np.stack([low + first[..., None] * edge, low + last[..., None] * edge], axis=1)
+
+
+def prism_triangles(count: int, closed: bool) -> tuple[Int32, NDArray[np.bool_]]:
+    """(T, 3) corners of `count` prisms, and which corners (of one prism) count as a piece's end.
+
+    Corner k of the beginning is vertex k, of the end 4 + k.
+    """
+    faces = []
+    for k in range(SIDES):
+        after = (k + 1) % SIDES
+        faces += [[k, after, SIDES + k], [SIDES + after, SIDES + k, after]]
+    faces += [[0, 2, 1], [0, 3, 2]]
+    if closed:
+        faces += [[4, 5, 6], [4, 6, 7]]
+    one = np.array(faces, np.int32)
+    ends = np.zeros(one.shape, np.bool_)
+    ends[:, 1] = True
+    every = one[None] + np.int32(2 * SIDES) * np.arange(count, dtype=np.int32)[:, None, None]
+    return every.reshape(-1, 3), ends
+
+
+def points_hull(points: PointsData, room: Room) -> MeshData:
+    """Octahedra around all points; of those without a place or a radius none that can be hit."""
+    usable = np.isfinite(points.points).all(axis=1) & (points.radius > 0) & np.isfinite(points.radius)
+    size = np.sqrt(3) * margin(points.points, points.radius, room)
+    with np.errstate(invalid="ignore", over="ignore"):
+        corners = points.points[:, None].astype(np.float64) + size[:, None, None] * OCTAHEDRON
+    corners[~usable] = 0
+    count = len(points.points)
+    triangles = (FACES[None] + 6 * np.arange(count)[:, None, None]).reshape(-1, 3).astype(np.int32)
+    triangles[~np.repeat(usable, len(FACES))] = 0
+    row = np.repeat(np.arange(count, dtype=np.int32), len(FACES))
+    return MeshData(
+        name=points.name,
+        vertices=corners.reshape(-1, 3).astype(np.float32),
+        triangles=triangles,
+        material_slot=np.zeros(len(triangles), np.int32),
+        corner_index=np.stack([row, row, row], axis=1) if points.uvs or points.colors else None,
+        uvs=points.uvs,
+        colors=points.colors,
+    )
+
+
+class Extent(NamedTuple):
+    """All that `geometry.bounds` asks of a mesh."""
+
+    vertices: Float32
+
+
+def hulls(snapshot: Snapshot) -> tuple[tuple[MeshData, ...], list[Samples]]:
+    """The hulls of all curves, then of all points; and the curves' samples."""
+    meshes: list[MeshData] = []
+    samples = [sampled(curves) for curves in snapshot.curves]
+    rows = snapshot.instances
+    extents = [Extent(c.points) for c in snapshot.curves] + [Extent(p.points) for p in snapshot.points]
+    _, radius = bounds((*snapshot.meshes, *extents), rows)
+    for number in range(len(extents)):
+        around = room(rows.matrix[rows.mesh == len(snapshot.meshes) + number], radius)
+        if number < len(samples):
+            meshes.append(curves_hull(snapshot.curves[number], samples[number], around))
+        else:
+            meshes.append(points_hull(snapshot.points[number - len(samples)], around))
+    return tuple(meshes), samples
