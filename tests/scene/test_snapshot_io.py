@@ -306,3 +306,22 @@ def test_what_a_snapshot_cannot_hold_is_refused_on_saving():
     snapshot = dataclasses.replace(small_snapshot(), unsupported=(object(),))
     with pytest.raises(SnapshotError, match="can't hold"):
         saved(snapshot)
+
+
+def instance_fields(header):
+    return header["snapshot"]["Snapshot"]["instances"]["Instances"]
+
+
+def test_a_file_from_before_a_field_has_its_default():
+    assert (
+        loaded(repacked(lambda header: instance_fields(header).pop("terminator"))).instances.terminator
+        is None
+    )
+
+
+def test_terminators_of_another_number_are_refused():
+    other = repacked(
+        lambda header: instance_fields(header).update(terminator=instance_fields(header)["color"])
+    )
+    with pytest.raises(SnapshotError, match=r"instances\.terminator"):
+        loaded(other)
