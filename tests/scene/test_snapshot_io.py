@@ -337,3 +337,20 @@ def test_curves_that_point_past_their_arrays_are_refused(broken):
     curves = dataclasses.replace(snapshot.curves[0], **broken)
     with pytest.raises(SnapshotError):
         loaded(saved(dataclasses.replace(snapshot, curves=(curves,))))
+def instance_fields(header):
+    return header["snapshot"]["Snapshot"]["instances"]["Instances"]
+
+
+def test_a_file_from_before_a_field_has_its_default():
+    assert (
+        loaded(repacked(lambda header: instance_fields(header).pop("terminator"))).instances.terminator
+        is None
+    )
+
+
+def test_terminators_of_another_number_are_refused():
+    other = repacked(
+        lambda header: instance_fields(header).update(terminator=instance_fields(header)["color"])
+    )
+    with pytest.raises(SnapshotError, match=r"instances\.terminator"):
+        loaded(other)
