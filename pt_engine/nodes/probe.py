@@ -49,6 +49,10 @@ class ProbeLanes:
         self.ray_kind = np.full(self.n, RayKind.DIFFUSE, np.int32)
         self.depth = self.transparent_depth = np.zeros(self.n, np.int32)
 
+    @property
+    def horizon(self) -> Float32:
+        return self.ng
+
     def uv(self, name: str) -> Float32:
         return self.position[:2]
 

@@ -40,6 +40,10 @@ def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[s
         ),
         "curves and points": (geometry.rounds is not None, "all that is seen is made of triangles"),
         "shading normals": (bool(geometry.surface_smooth.any()), "every face is flat"),
+        "curved shadow terminators": (
+            scene.terminator is not None,
+            "no smooth mesh has a geometry offset",
+        ),
         "transparent surfaces": (scene.transparent_surfaces, "no visible material is transparent"),
         "transparent film": (film_transparent, "the sky is part of the image"),
         "holdouts": (scene.holds_out, "no visible material or object is one"),

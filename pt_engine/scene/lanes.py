@@ -24,7 +24,7 @@ from .moved import moved, steps
 from .raised_normal import raised_normal
 from .raycast import Met, raycast
 from .rest import at_rest, rest_steps
-from .round_lanes import OnRounds, along_hair, generated_on_rounds, on_rounds
+from .round_lanes import along_hair, generated, on_rounds
 from .tracing import open_share
 
 if TYPE_CHECKING:
@@ -38,10 +38,7 @@ SAME_PLACE = 1e-9  # squared distance up to which a portal leads nowhere else, a
 class Surface:
     """Hit points of a set of lanes, one column each. What few programs read is gathered when asked for.
 
-    On a curve or a point (`rounds`) that is what is round itself, not the hull that Embree has found: `ng`
-    is the tube's or the sphere's normal, that of a ribbon as if it were round (n = v b + √(1 − v²) b × T
-    with the tangent T, b = T × wi / |T × wi| and v from −1 to 1 across it, so that Principled Hair's h =
-    −n·b is −v), `u` the way along the piece, `v` as above; on tubes and spheres 0.
+    On a curve or a point that is what is round itself, not the hull that Embree has found: `Rounds.settle`.
 
     Attributes
     ----------
@@ -49,6 +46,8 @@ class Surface:
         Position (recentred world), geometric normal on the viewer's side, direction to the viewer.
     bound : (N,) float32
         How far along `ng` a new ray must start to be clear of rounding.
+    ns : (3, N) float32
+        Shading normal on the viewer's side; `ng` unless `Scene.shade` has noted it.
     facing : (N,) float32
         Cosine between the face's own normal and `wi`; negative where the viewer is behind the face.
     """
@@ -74,12 +73,14 @@ class Surface:
         self.ng *= np.copysign(np.float32(1), self.facing)
         if geometry.rounds is not None:
             geometry.rounds.settle(self, o)
+        self.ns = self.ng
 
     def part(self, span: slice) -> Surface:
         """A view of consecutive lanes."""
         part = copy.copy(self)
         part._lanes, part.prim = self._lanes[span], self.prim[span]
         part.p, part.ng, part.wi = self.p[:, span], self.ng[:, span], self.wi[:, span]
+        part.ns = part.ng if self.ns is self.ng else self.ns[:, span]
         part.bound, part.facing = self.bound[span], self.facing[span]
         part._instance = None if self._instance is None else self._instance[span]
         part.size = len(part.prim)
@@ -90,6 +91,7 @@ class Surface:
         part = copy.copy(self)
         part._lanes, part.prim = self._lanes.take(index), self.prim.take(index)
         part.p, part.ng, part.wi = (a.take(index, axis=1) for a in (self.p, self.ng, self.wi))
+        part.ns = part.ng if self.ns is self.ng else self.ns.take(index, axis=1)
         part.bound, part.facing = self.bound.take(index), self.facing.take(index)
         part._instance = None if self._instance is None else self._instance.take(index)
         part.size = len(index)
@@ -260,6 +262,17 @@ class Lanes:
             n[:, lost] = self.ng.take(lost, axis=1)
         return n
 
+    @cached_property
+    def horizon(self) -> Float32:
+        """(3, n) normal of the horizon below which no emitter shines: `ns` where shadow rays follow it."""
+        terminator = self.scene.terminator
+        if terminator is None or not self.smooth:
+            return self.ng
+        if terminator.everywhere:
+            return self.ns
+        curved = terminator.cutoff.take(self.si.instance) > 0
+        return np.where(curved, self.ns, self.ng)
+
     def raised(self, normal: Float32 | None) -> Float32:
         """(3, n) a normal (None: `ns`) as glossy closures use it: see `raised_normal`."""
         return self._raised_ns if normal is None else raised_normal(self.ng, self.wi, normal)
@@ -312,15 +325,9 @@ class Lanes:
 
     def generated(self) -> Float32:
         """(3, n) Generated coordinates."""
-        si = self.si
-        return generated_on_rounds(
-            self, self.scene.layer("generated", "").at(si.prim, si.instance, si.u, si.v)
-        )
+        return generated(self)
 
-    @cached_property
-    def rounds(self) -> OnRounds | None:
-        """Which lanes are on curves and points, and what that is like; None where there are none."""
-        return on_rounds(self)
+    rounds = cached_property(on_rounds)  # of the lanes on curves and points; None where there are none
 
     def along_hair(self, corner: int) -> Float32:
         """(3, n) unit direction of a strand toward its tip; of a triangle, from corner 0 to 1 or 2."""

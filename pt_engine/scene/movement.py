@@ -55,6 +55,8 @@ def some_instances(instances: Instances, rows: Rows) -> Instances:
 
 
 def _some(values: Any, rows: Rows) -> Any:
+    if values is None:
+        return None
     if isinstance(values, dict):
         return {name: _some(table, rows) for name, table in values.items()}
     if isinstance(values, tuple):

@@ -48,6 +48,7 @@ from .scene import Scene
 from .sighted import standing_out
 from .slices import Slices
 from .snapshot import CameraData, Snapshot, Visibility
+from .terminator import Terminator
 from .world_light import environment
 
 Int32 = NDArray[np.int32]
@@ -91,7 +92,9 @@ def prepare(
     room = None if memory is None else memory - textures.statistics()["bytes"] - in_slices
     apart = [*selves, *apart_from_others(snapshot), *([] if slices is None else slices.moving)]
     apart += rounds_among(snapshot).tolist()
-    sharing = fitted(snapshot, may_share(snapshot, materials, apart), materials.needs, room)
+    terminator = Terminator.of(snapshot)
+    needs = materials.needs | (frozenset() if terminator is None else {"position"})
+    sharing = fitted(snapshot, may_share(snapshot, materials, apart), needs, room)
     placed, accel, geometry = build(snapshot, sharing, slices)
     own = OwnObjects(placed, selves) if selves else None
     if snapshot.curves or snapshot.points:
@@ -115,7 +118,7 @@ def prepare(
     )
     lights = make_lights(triangles=triangles)
     geometry.release()
-    layers = shading_layers(snapshot, geometry, materials.needs)
+    layers = shading_layers(snapshot, geometry, needs)
     if geometry.rounds is not None and "strand" in materials.needs:
         layers["strand", ""] = strand_layer(snapshot, geometry, samples)
     if "rest" in materials.needs:
@@ -125,7 +128,7 @@ def prepare(
     scene = Scene(*parts, film_transparent, reached)
     textures.release()
     scene.textures = textures
-    scene.emissive_prim, scene.own = prim, own
+    scene.emissive_prim, scene.own, scene.terminator = prim, own, terminator
     scene.unsampled_surfaces = bool(scene.surface_emits[geometry.surface].sum() > len(prim))
     scene.material_names = tuple(graph.name for graph in snapshot.materials)
     scene.camera, scene.view = make_camera(snapshot.camera, geometry.origin), view
@@ -137,7 +140,7 @@ def prepare(
         scene.alone = with_catchers_alone(scene, placed)
     scene.features = features(snapshot, scene, film_transparent)
     scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
-    scene.bytes = snapshot_bytes(snapshot) + need(snapshot, sharing, materials.needs).kept
+    scene.bytes = snapshot_bytes(snapshot) + need(snapshot, sharing, needs).kept
     scene.bytes += textures.statistics()["bytes"] + in_slices
     if slices is not None:
         scene.slices = slices

@@ -92,15 +92,16 @@ def along_hair(lanes: Lanes, corner: int) -> Float32:
     return direction
 
 
-def generated_on_rounds(lanes: Lanes, generated: Float32) -> Float32:
+def generated(lanes: Lanes) -> Float32:
     """Generated coordinates, where curves and points have none those of the object, as in Cycles."""
-    rounds = lanes.scene.geometry.rounds
+    rounds, si = lanes.scene.geometry.rounds, lanes.si
+    values = lanes.scene.layer("generated", "").at(si.prim, si.instance, si.u, si.v)
     if rounds is None:
-        return generated
-    none = np.flatnonzero(rounds.by_position.take(lanes.si.instance))
+        return values
+    none = np.flatnonzero(rounds.by_position.take(si.instance))
     if len(none):
-        generated[:, none] = lanes.object_position().take(none, axis=1)
-    return generated
+        values[:, none] = lanes.object_position().take(none, axis=1)
+    return values
 
 
 def strand_layer(snapshot: Snapshot, geometry: Geometry, samples: list[Samples]) -> Layer:

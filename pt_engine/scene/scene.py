@@ -33,6 +33,7 @@ from .reach import Reach
 from .shading import ShadedBSDF, SliceBSDF
 from .sighted import Sighted, sees_apart
 from .snapshot import Instances, Visibility
+from .terminator import Terminator
 from .transforms import Transforms
 from .transmittance import transmittance
 from .wave import Found, Group, Intersection, Rays
@@ -79,6 +80,7 @@ class Scene:
     slices: Slices | None = None  # where something moves while the shutter is open
     time: float | None = None  # of a slice: between the shutter's opening (0) and closing (1)
     own: OwnObjects | None = None  # where some material traces rays within its own object
+    terminator: Terminator | None = None  # where shadow rays of smooth meshes start above their triangles
     material_names: tuple[str, ...]
 
     def __init__(
@@ -264,10 +266,14 @@ class Scene:
         """The closures of each group on its span of lanes."""
         slices = []
         smooth_count = 0
+        if self.terminator is not None:
+            si.ns = si.ng.copy()
         for number, span in spans:
             group = self.groups[number]
             part = path.part(span)
             lanes = Lanes(self, si.part(span), part, group.smooth)
+            if self.terminator is not None and group.smooth:
+                si.ns[:, span] = lanes.ns
             slices.append((span, self._shade_batch(lanes, group.batch, part)))
             if number < self.smooth_groups:
                 smooth_count = span.stop
@@ -328,20 +334,22 @@ class Scene:
         lit = vectors.max3(np.abs(contribution)) != 0  # negative ones too; NaN is not hidden
         tfar = light.distance * lit - ~lit  # −1 switches a ray off
         side = np.copysign(si.bound, vectors.dot(si.ng, light.wo))
-        o = si.p + side * si.ng
+        o, wo = si.p + side * si.ng, light.wo
+        if self.terminator is not None:
+            wo = self.terminator.lift(self, si, wo, o, tfar)
         free = np.flatnonzero(light.distance < 0) if self.lights_without_shadow else None
         kept = None if free is None else contribution.take(free, axis=1)
         if self.transparent_surfaces:
             kind = reach.shadow_kind(self, light)
-            contribution *= transmittance(self, o, light.wo, tfar, limit, path, kind)
+            contribution *= transmittance(self, o, wo, tfar, limit, path, kind)
         else:
             self.rays["shadow"] += int(np.count_nonzero(tfar > 0))
-            contribution.view(np.int32)[:] &= self._clear(o, light, tfar)
+            contribution.view(np.int32)[:] &= self._clear(o, wo, light, tfar)
         if kept is not None:
             contribution[:, free] = kept
         return contribution
 
-    def _clear(self, o: Float32, light: LightSample, tfar: Float32) -> Int32:
+    def _clear(self, o: Float32, wo: Float32, light: LightSample, tfar: Float32) -> Int32:
         if not self.seen_apart:
-            return self.accel.visible(o, light.wo, tfar)
-        return nearer.clear(self.accel, o, light.wo, tfar, reach.shadow_kind(self, light))
+            return self.accel.visible(o, wo, tfar)
+        return nearer.clear(self.accel, o, wo, tfar, reach.shadow_kind(self, light))

@@ -172,7 +172,7 @@ class SliceBSDF:
             cos_o = local[id(frame)][2]
             f, p = closure.bsdf.eval_pdf(closure.params, frame.wi, local[id(frame)])
         if self.bent:
-            valid, shadow = self._same_side(wo, cos_o), self._shadow(k, wo)
+            valid, shadow = self._same_side(wo, cos_o, self.lanes.horizon), self._shadow(k, wo)
             f, p = f * valid * shadow, p * valid * (shadow > 0)
         return closure.weight * f, p
 

@@ -230,6 +230,9 @@ class Instances:
         What graphs ask of single objects: ``object:NAME`` and ``instancer:NAME`` are properties (RGBA),
         ``instancer generated``, ``instancer uv`` where on its instancer an object stands; ``particle``,
         ``particle location`` ... are the particle that it was made from.
+    terminator : (I,) float32 or None
+        Cosine up to which shadow rays of smooth meshes start above their triangles (`terminator`); 0, or None
+        for all, where they never do.
     """
 
     mesh: Int32
@@ -241,6 +244,7 @@ class Instances:
     visibility: NDArray[np.uint8]
     names: tuple[str, ...]
     attributes: dict[str, Float32] = field(default_factory=dict)
+    terminator: Float32 | None = None
 
 
 @dataclass(frozen=True)

@@ -257,6 +257,8 @@ def check_instances(snapshot: data.Snapshot) -> None:
     require(len(rows.names) == count, "instances.names has another length")
     for name, values in rows.attributes.items():
         shape(values, (count, 4), f"instances.attributes {name}")
+    if rows.terminator is not None:
+        shape(rows.terminator, (count,), "instances.terminator")
 
 
 def check_linking(links: data.Linking, snapshot: data.Snapshot) -> None:

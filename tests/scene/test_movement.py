@@ -132,7 +132,9 @@ def test_those_that_move_come_last_and_keep_their_rows():
 
 def test_some_instances_have_every_field():
     every = replace(
-        snapshot().instances, attributes={"object:a": np.arange(16, dtype=np.float32).reshape(4, 4)}
+        snapshot().instances,
+        attributes={"object:a": np.arange(16, dtype=np.float32).reshape(4, 4)},
+        terminator=np.linspace(0, 1, 4, dtype=np.float32),
     )
     some = some_instances(every, np.array([2, 0]))
     for field in fields(every):

@@ -49,7 +49,7 @@ def straight(weight):
 def fake_lanes(n, wi=WI, ns=Z, ng=Z, smooth=False):
     """Lanes that are all alike."""
     wide = [np.ascontiguousarray(np.broadcast_to(v, (3, n))) for v in (wi, ns, ng)]
-    lanes = SimpleNamespace(n=n, wi=wide[0], ns=wide[1], ng=wide[2], smooth=smooth)
+    lanes = SimpleNamespace(n=n, wi=wide[0], ns=wide[1], ng=wide[2], horizon=wide[2], smooth=smooth)
     lanes.raised = lambda normal: raised_normal(lanes.ng, lanes.wi, lanes.ns if normal is None else normal)
     return lanes
 

@@ -51,6 +51,7 @@ def small_snapshot():
         visibility=np.full(2, 63, np.uint8),
         names=("a", "b"),
         attributes={"object:prop": rng.random((2, 4), np.float32)},
+        terminator=np.array([0.1, 0.0], np.float32),
     )
     images = (
         data.ImageData("file", encoded=np.frombuffer(b"\x89PNG", np.uint8), suffix=".png"),

@@ -45,6 +45,7 @@ class Look(NamedTuple):
     pass_index: int
     name: str
     sets: tuple[int, int, int]
+    terminator: float
 
 
 @dataclass
@@ -153,6 +154,7 @@ class Collector:
             owner.pass_index,
             owner.name,
             self.links.sets(owner, instance.parent),
+            owner.shadow_terminator_geometry_offset,
         )
 
     def geometry(self, instance, owner, data: int, hair: bool) -> int:
@@ -232,6 +234,7 @@ class Collector:
             visibility=np.array([look.visibility for look in looks], np.uint8),
             names=names,
             attributes=attributes,
+            terminator=np.array([look.terminator for look in looks], np.float32),
         )
 
 
