@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.rows import scatter_add
-from ..scene.lanes import Surface
 from ..scene.scene import Scene
 from ..scene.shading import ShadedBSDF
+from ..scene.surface import Surface
 from ..scene.wave import Rays
 from .dimensions import LaneSampler
 from .integrator import Integrator

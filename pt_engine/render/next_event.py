@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from ..core.clock import stage
 from ..core.uniforms import Uniforms
-from ..scene.lanes import Surface
 from ..scene.scene import Scene
 from ..scene.shading import ShadedBSDF
+from ..scene.surface import Surface
 from .integrator import Integrator
 from .path_state import PathState, mis
 

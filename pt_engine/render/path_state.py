@@ -14,9 +14,9 @@ from ..core.clock import stage
 from ..core.raykind import RayKind
 from ..core.rows import Rows, scatter_add
 from ..scene.accel import FAR
-from ..scene.lanes import Surface
 from ..scene.scene import Scene
 from ..scene.shading import Scattered
+from ..scene.surface import Surface
 from ..scene.wave import Found, Rays
 from .dimensions import LaneSampler
 

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from ..bsdfs.base import Lobe
 from ..core.samplers import SAMPLERS
 from ..scene.geometry import INSTANCE, SKY
-from ..scene.lanes import Surface
 from ..scene.scene import Scene
 from ..scene.shading import Scattered, ShadedBSDF
+from ..scene.surface import Surface
 from ..scene.wave import Found, Intersection, Rays
 from .integrator import INTEGRATORS
 from .path_state import mis

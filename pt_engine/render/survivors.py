@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from ..core import vectors
 from ..core.clock import stage
 from ..core.rows import scatter
-from ..scene.lanes import Surface
 from ..scene.scene import BatchNumbers, Scene
 from ..scene.shading import Scattered
+from ..scene.surface import Surface
 from ..scene.wave import Intersection, Rays
 from .integrator import Integrator
 from .path_state import PathState

@@ -14,7 +14,7 @@ from ..scene.shading import ShadedBSDF, SliceBSDF
 
 if TYPE_CHECKING:
     from ..render.path_state import PathState
-    from ..scene.lanes import Surface
+    from ..scene.surface import Surface
 
 
 class WithoutCaustics(Scene):

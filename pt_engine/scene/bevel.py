@@ -22,7 +22,8 @@ from .moved import tangents
 from .tracing import own_hits
 
 if TYPE_CHECKING:
-    from .lanes import Lanes, Surface
+    from .lanes import Lanes
+    from .surface import Surface
 
 Float32 = NDArray[np.float32]
 

@@ -25,9 +25,10 @@ from .accel import Accel, Hits
 from .arrivals import Arrivals
 from .attributes import Layer
 from .geometry import Geometry, chunks, flatten
-from .lanes import Lanes, Surface
+from .lanes import Lanes
 from .scene import Scene
 from .snapshot import Instances, MeshData, Snapshot
+from .surface import Surface
 from .vertex_normals import angle_weighted, face_normals, mean_of_faces, unit_rows
 
 if TYPE_CHECKING:

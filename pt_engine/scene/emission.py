@@ -17,9 +17,9 @@ from .catcher import catch, note_sky
 from .evaluated import evaluated
 from .geometry import SKY
 from .holdout import cut_holes, held
-from .lanes import Surface
 from .reach import lit_by_surfaces, sees_world, ways
 from .sky_lanes import SkyLanes
+from .surface import Surface
 from .wave import Found, Intersection, Rays
 
 if TYPE_CHECKING:

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from ..core.clock import stage
 from .arrivals import Arrivals
-from .lanes import Lanes, Surface
+from .lanes import Lanes
+from .surface import Surface
 
 if TYPE_CHECKING:
     from .scene import Scene

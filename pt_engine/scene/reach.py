@@ -15,8 +15,8 @@ from .snapshot import Snapshot, Visibility
 
 if TYPE_CHECKING:
     from ..render.path_state import PathState
-    from .lanes import Surface
     from .scene import Scene
+    from .surface import Surface
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]

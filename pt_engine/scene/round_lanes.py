@@ -92,16 +92,15 @@ def along_hair(lanes: Lanes, corner: int) -> Float32:
     return direction
 
 
-def generated(lanes: Lanes) -> Float32:
+def generated_on_rounds(lanes: Lanes, generated: Float32) -> Float32:
     """Generated coordinates, where curves and points have none those of the object, as in Cycles."""
-    rounds, si = lanes.scene.geometry.rounds, lanes.si
-    values = lanes.scene.layer("generated", "").at(si.prim, si.instance, si.u, si.v)
+    rounds = lanes.scene.geometry.rounds
     if rounds is None:
-        return values
-    none = np.flatnonzero(rounds.by_position.take(si.instance))
+        return generated
+    none = np.flatnonzero(rounds.by_position.take(lanes.si.instance))
     if len(none):
-        values[:, none] = lanes.object_position().take(none, axis=1)
-    return values
+        generated[:, none] = lanes.object_position().take(none, axis=1)
+    return generated
 
 
 def strand_layer(snapshot: Snapshot, geometry: Geometry, samples: list[Samples]) -> Layer:

@@ -16,7 +16,7 @@ from .snapshot import Snapshot
 from .strands import Samples, bisectors, tangents
 
 if TYPE_CHECKING:
-    from .lanes import Surface
+    from .surface import Surface
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
@@ -97,12 +97,7 @@ class Rounds:
         return self.rows.take(self.piece.take(prim - np.int32(self.first)), axis=0)
 
     def settle(self, si: Surface, o: Float32) -> None:
-        """Put hits on hulls to what they are the hulls of. `o` (3, N) is where the rays began.
-
-        `ng` is then the tube's or the sphere's normal, that of a ribbon as if it were round (n = v b +
-        √(1 − v²) b × T with the tangent T, b = T × wi / |T × wi| and v from −1 to 1 across it, so that
-        Principled Hair's h = −n·b is −v), `u` the way along the piece, `v` as above; on tubes and spheres 0.
-        """
+        """Put hits on hulls to what they are the hulls of. `o` (3, N) is where the rays began."""
         lanes = np.flatnonzero(self.held(si.prim))
         if len(lanes) == 0:
             return

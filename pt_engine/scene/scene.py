@@ -28,11 +28,12 @@ from .catcher import Caught, catchers_of
 from .evaluated import evaluated
 from .geometry import SKY, Geometry
 from .holdout import held, only_transparent
-from .lanes import Lanes, Surface
+from .lanes import Lanes
 from .reach import Reach
 from .shading import ShadedBSDF, SliceBSDF
 from .sighted import Sighted, sees_apart
 from .snapshot import Instances, Visibility
+from .surface import Surface
 from .terminator import Terminator
 from .transforms import Transforms
 from .transmittance import transmittance

@@ -28,9 +28,9 @@ from ..core import vectors
 from ..emitters.base import FAR
 
 if TYPE_CHECKING:
-    from .lanes import Surface
     from .scene import Scene
     from .snapshot import Snapshot
+    from .surface import Surface
 
 Float32 = NDArray[np.float32]
 SMALLEST = 1e-6  # cosine that makes a difference

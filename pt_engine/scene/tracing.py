@@ -12,8 +12,9 @@ from ..core import frames, keyed, vectors, warps
 from ..core.clock import stage
 
 if TYPE_CHECKING:
-    from .lanes import Lanes, Surface
+    from .lanes import Lanes
     from .scene import Scene
+    from .surface import Surface
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]

@@ -13,7 +13,8 @@ from ..core.raykind import RayKind
 from ..core.rows import scatter
 from .arrivals import Arrival, Arrivals
 from .geometry import SKY
-from .lanes import Lanes, Surface
+from .lanes import Lanes
+from .surface import Surface
 
 if TYPE_CHECKING:
     from .scene import Scene

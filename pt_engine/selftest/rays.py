@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from ..core.frames import frame, to_world
 from ..core.warps import square_to_cosine_hemisphere, square_to_sphere
 from ..scene.accel import FAR, MISS
-from ..scene.lanes import Surface
 from ..scene.prepare import prepare
 from ..scene.scene import Scene
 from ..scene.snapshot import MeshData
+from ..scene.surface import Surface
 from ..scene.wave import Intersection, Rays
 from . import scenes as make
 

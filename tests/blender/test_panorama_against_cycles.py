@@ -192,7 +192,7 @@ def test_blur_is_that_of_cycles(scene, kind, tmp_path):
     dof = camera.data.dof
     dof.use_dof, dof.focus_distance, dof.aperture_fstop = True, 8.0, 0.04
     dof.aperture_blades, dof.aperture_rotation, dof.aperture_ratio = 3, 0.4, 1.5
-    size, samples = (48, 36), 1024 if kind == "MIRRORBALL" else 256
+    size, samples = (48, 36), 1024
     mine, theirs = by_engine(samples, size), by_cycles(samples, size, tmp_path)
     found = compare(colours(mine), colours(theirs), grid=(24, 18))
     assert found.agrees(0.02), str(found)

@@ -8,8 +8,9 @@ import numpy as np
 
 from pt_engine.scene.accel import FAR
 from pt_engine.scene.arrivals import Arrivals
-from pt_engine.scene.lanes import Lanes, Surface
+from pt_engine.scene.lanes import Lanes
 from pt_engine.scene.scene import Scene
+from pt_engine.scene.surface import Surface
 from pt_engine.scene.wave import Intersection, Rays
 
 

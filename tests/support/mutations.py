@@ -108,7 +108,7 @@ MUTATIONS = (
     ),
     Mutation(
         "variance over n, not n − 1",
-        "render/film.py",
+        "render/film_moments.py",
         "np.maximum(n - 1.0, 1.0)",
         "np.maximum(n, 1.0)",
         "tests/render/test_film.py",
