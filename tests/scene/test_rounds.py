@@ -181,6 +181,12 @@ def test_strands_that_shine_are_seen():
     np.testing.assert_allclose(image.image()[..., :3], 1.0, rtol=1e-5)
 
 
+def test_open_ends_of_tubes_are_listed():
+    for shape in SHAPES:
+        entries = prepare(snapshot([strand(UPRIGHT, 0.1, shape)])).coverage
+        assert any(entry.node == "thick curves" for entry in entries) == (shape == "THICK")
+
+
 def test_white_hair_under_a_white_sky_cannot_be_seen():
     """The furnace: albedo 1 in uniform light 1 gives 1, whatever is met on the way; to 4 standard errors."""
     for shape in SHAPES:
