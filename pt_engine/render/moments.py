@@ -7,7 +7,8 @@ run of samples in the place of the sample:
     time(crowd, run) = shutter⁻¹(u(crowd, run, SHUTTER))
 
 - Each time is uniform over the shutter, so the mean over samples tends to the integral over time and not to a
-  sum over some fixed times; with Sobol numbers, any power of two of runs is stratified.
+  sum over some fixed times; with Sobol numbers, powers of two of the even runs are stratified, and of the
+  odd.
 - It depends on seed, pixel and sample number alone: neither threads nor tiles nor the range of samples change
   it, films of disjoint ranges merge, and a replay finds the same moment.
 - Pixels belong to crowds by a hash, and each crowd has times of its own. So what moves is dithered between

@@ -101,7 +101,7 @@ def test_another_seed_has_other_times():
 
 
 def test_crowds_have_times_of_their_own_and_fill_the_shutter(monkeypatch):
-    """8 runs of each of 16 crowds: every eighth of the shutter has each crowd once."""
+    """Of 8 runs of 16 crowds, the even and the odd four have each crowd once in every quarter of the time."""
     monkeypatch.setattr(moments, "FEWEST_LANES", 1)
     scene = prepare(snapshot())
     found = Moments(
@@ -109,7 +109,8 @@ def test_crowds_have_times_of_their_own_and_fill_the_shutter(monkeypatch):
     )
     assert found.crowds == 16
     times = np.array([[found.scene(moments.Moment(c, r)).time for r in range(8)] for c in range(16)])
-    assert (np.sort((times * 8).astype(int), axis=1) == np.arange(8)).all()
+    for half in (times[:, ::2], times[:, 1::2]):  # two sequences: see `core.samplers.Sobol`
+        assert (np.sort((half * 4).astype(int), axis=1) == np.arange(4)).all()
     assert len(np.unique(times)) == times.size
 
 

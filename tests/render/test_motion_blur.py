@@ -150,7 +150,7 @@ def test_the_mean_over_seeds_is_the_integral_over_time_whatever_the_number_of_sa
 
 
 def test_sobol_times_are_stratified():
-    """64 samples, 64 strata: the area under the ramp has a far smaller error than 1/√64 of its spread."""
+    """64 samples, twice 32 strata: an edge errs by far less than 1/√64."""
     value, _ = seen(crossing(), samples=64, sampler="sobol")
     expected = columns(lambda x: np.maximum(1 - np.abs(x), 0))
-    assert np.abs(value - expected).max() < 2.5 / 64  # an edge errs by one stratum at most, and there are two
+    assert np.abs(value - expected).max() < 2.5 / 32  # an edge errs by one stratum at most, and there are two
