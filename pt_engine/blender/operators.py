@@ -77,7 +77,7 @@ class PTENGINE_OT_open_report(bpy.types.Operator):
         path = Path(bpy.app.tempdir) / f"pt_engine-report-{record.frame}.html"
         try:
             check_packages()
-            write_page(path, context.scene, record.statistics(), record.error)
+            write_page(path, context.scene, record, record.statistics(), record.error)
         except (MissingPackage, OSError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

@@ -18,23 +18,26 @@ from .nonfinite import settings_words
 IMAGE_SETTINGS = ("media_type", "file_format", "color_mode", "color_depth", "compression", "color_management")
 
 
-def write_page(path: Path, scene, statistics, error) -> None:
+def write_page(path: Path, scene, record, statistics, error) -> None:
     """Write the page of the last render.
 
     Parameters
     ----------
+    record : RenderRecord
+    statistics : dict
+        Its statistics, with the time of writing where that is known.
     error : (height, width) float32 or None
         As `report.error_picture.error_picture` makes it.
     """
-    render_page(path, statistics, shown(scene), error, command_of(statistics))
+    render_page(path, statistics, shown(scene, record.has_holes), error, command_of(statistics))
 
 
-def shown(scene) -> bytes | None:
+def shown(scene, has_holes: bool) -> bytes | None:
     """The render result as Blender shows it, a PNG's bytes; None where there is none."""
     with tempfile.TemporaryDirectory(prefix="pt_engine") as folder, unchanged(scene.render.image_settings):
         file = Path(folder) / "picture.png"
         try:
-            save_png(file, scene)
+            save_png(file, scene, has_holes)
         except Failure:
             return None
         return file.read_bytes()

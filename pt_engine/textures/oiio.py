@@ -32,7 +32,7 @@ def keeps(config: str) -> bool:
     Conversions name their config by its path, and it reads that anew each time (0.1 s for Blender's); all but
     the one that $OCIO names when it is first asked. So the first path that comes here becomes that one.
     """
-    default = getattr(openimageio().ColorConfig, "default_colorconfig", None)  # OpenImageIO 3.0 has none
+    default = getattr(openimageio().ColorConfig, "default_colorconfig", None)  # not in all 3.0
     if default is None:
         return False
     with _config_lock:
@@ -40,6 +40,8 @@ def keeps(config: str) -> bool:
         os.environ["OCIO"] = config
         try:
             kept = str(default().configname())  # asking for its name reads it
+        except RuntimeError:  # early versions can't hand it over
+            return False
         finally:
             if before is None:
                 del os.environ["OCIO"]

@@ -115,6 +115,7 @@ def camera_aslant():
     camera.location, camera.rotation_euler = (0, -5 * np.sin(angle), 5 * np.cos(angle)), (angle, 0, 0)
 
 
+@pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="4.5's Cycles takes other normals for bumped")
 @pytest.mark.parametrize(
     ("kind", "inputs"),
     [

@@ -134,7 +134,7 @@ class FakeEngine:
         self.updates = 0
         self.ended = None
 
-    def begin_result(self, x, y, width, height, layer=""):
+    def begin_result(self, x, y, width, height, layer="", view=""):
         engine = self
 
         class Rect:

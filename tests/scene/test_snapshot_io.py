@@ -337,6 +337,8 @@ def test_curves_that_point_past_their_arrays_are_refused(broken):
     curves = dataclasses.replace(snapshot.curves[0], **broken)
     with pytest.raises(SnapshotError):
         loaded(saved(dataclasses.replace(snapshot, curves=(curves,))))
+
+
 def instance_fields(header):
     return header["snapshot"]["Snapshot"]["instances"]["Instances"]
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pt_engine.textures.colorspace import Converter
+from pt_engine.textures.oiio import openimageio
 
 CONFIG = """ocio_profile_version: 1
 roles: {scene_linear: base, default: base}
@@ -52,6 +53,10 @@ print(*out, os.environ == before)
 
 def test_the_first_config_is_read_once(tmp_path):
     """It converts even when its file is gone; a second one is not mistaken for it."""
+    try:
+        openimageio().ColorConfig.default_colorconfig()
+    except (AttributeError, RuntimeError):
+        pytest.skip("this OpenImageIO does not hand its own config over")
     paths = [str(config(tmp_path, name, factor)) for name, factor in (("first", 2.0), ("second", 4.0))]
     run = subprocess.run([sys.executable, "-c", ONCE, *paths], capture_output=True, text=True, check=True)
     assert run.stdout.split() == ["2.0", "4.0", "2.0", "4.0", "2.0", "True"]

@@ -40,7 +40,7 @@ def render_command(arguments) -> None:
     if arguments.stats:
         write_json(arguments.stats, statistics)
     if page:
-        write_page(arguments.report, scene, statistics, terminal.error_picture)
+        write_page(arguments.report, scene, record, statistics, terminal.error_picture)
     if not arguments.quiet:
         print(closing_line(arguments.output, statistics))
 
