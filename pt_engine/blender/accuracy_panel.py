@@ -22,7 +22,7 @@ def prediction_section(layout, stats) -> None:
     if found := stats.get("prediction"):
         low, high = found["seconds_ci95"]
         layout.label(
-            text=f"{found['target']:.3g} relative error: {duration(found['seconds'])} "
+            text=f"Foretold: {100 * found['target']:.3g} % after {duration(found['seconds'])} "
             f"({duration(low)} to {duration(high)})",
             icon="TIME",
         )
