@@ -14,7 +14,7 @@ from support.engine_scene import engine_scene, exr, observed, rendered
 from pt_engine.blender.record import Observer, Session
 
 EDGE = 16384
-CYCLES = 100
+CYCLES = 50  # 100 take twice as long, and grow as little
 LAYERS = 100  # 200 take twice as long, and that is all
 CANCELS = 20  # 200 more, without Blender, in tests/render/test_progressive.py
 

@@ -24,5 +24,5 @@ CASES = (
     Case("techmeetup-caustics", "caustics.blend", 32),
     Case("techmeetup-cornell", "cornel_box.blend", 64, matches=True),
     Case("techmeetup-dof", "depth_of_field.blend", 32, matches=True),
-    Case("techmeetup-motionblur", "motion_blur_moving.blend", 16),
+    Case("techmeetup-motionblur", "motion_blur_moving.blend", 16, matches=True),
 )
