@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 
 FIRST_LOOK = 4  # samples
 GROWTH = 1.25  # of samples between looks
-SHARE, ALLOWANCE = 0.02, 0.25  # of the render's time that looking at the film may take, and seconds beyond
+SHARE, FIRST_SHARE = 0.02, 0.1  # of the render's time that looking at the film may take, and its first look
+ALLOWANCE = 0.02  # seconds beyond
+PIXEL_COST = 1e-6  # seconds of the first look for each pixel, before that is known
 EARLY = 0.1  # of a render: what was foretold there is kept
 EXPONENT = {False: (1.0, 0.02), True: (1.15, 0.12)}  # mean and spread; correlated samples or not
 PACE_SPREAD = 0.04  # of the time for a sample
@@ -67,13 +69,13 @@ class Forecast:
         self.history: list[Look] = []
         self.latest: Prediction | None = None
         self.early: Prediction | None = None
-        self._next, self._cost = float(FIRST_LOOK), 0.0
+        self._next, self._cost, self._last_cost = float(FIRST_LOOK), 0.0, 0.0
 
     @stage("accuracy")
     def look(self, progress: Progress) -> None:
         """Take the error's measure if it is time for it."""
         samples = progress.camera_samples / progress.film.pixels
-        if samples < self._next or self._cost > SHARE * progress.elapsed + ALLOWANCE:
+        if samples < self._next or not self._affordable(progress):
             return
         started = time.thread_time()
         self._next = samples * GROWTH
@@ -85,7 +87,14 @@ class Forecast:
             self.latest = self._foretell(progress)
             if self.early is None and self._part(progress) >= EARLY:
                 self.early = self.latest
-        self._cost += time.thread_time() - started
+        self._last_cost = time.thread_time() - started
+        self._cost += self._last_cost
+
+    def _affordable(self, progress: Progress) -> bool:
+        """Whether one more look keeps to its share of the time."""
+        share = SHARE if self._last_cost else FIRST_SHARE
+        expected = self._last_cost or PIXEL_COST * progress.film.pixels
+        return self._cost + expected <= share * progress.elapsed + ALLOWANCE
 
     def _part(self, progress: Progress) -> float:
         """How much of the render is done, by its limits or by its target."""
