@@ -9,7 +9,6 @@ import bpy
 import pytest
 from support.engine_scene import engine_scene, rendered
 
-from pt_engine.blender import cli
 from pt_engine.blender.record import Session
 from pt_engine.report import optional as packages
 
@@ -22,21 +21,6 @@ def blend(tmp_path_factory):
     path = tmp_path_factory.mktemp("accuracy") / "scene.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
     return path
-
-
-@pytest.fixture
-def run(capsys):
-    """The command in this process: exit code, stdout, stderr."""
-
-    def command(*words):
-        capsys.readouterr()
-        try:
-            code = cli.main([str(word) for word in words])
-        except SystemExit as leaving:
-            code = leaving.code
-        return (code, *capsys.readouterr())
-
-    return command
 
 
 def test_render_writes_a_page(run, blend, tmp_path):

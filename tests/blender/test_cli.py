@@ -12,7 +12,6 @@ import pytest
 from support.engine_scene import HEIGHT, WIDTH, engine_scene, integrator_file, rendered
 from support.exr import pixels
 
-from pt_engine.blender import cli
 from pt_engine.render.integrator import INTEGRATORS
 
 ROOT = Path(__file__).parents[2]
@@ -29,21 +28,6 @@ def blend(tmp_path_factory):
     path = tmp_path_factory.mktemp("cli") / "scene.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
     return path
-
-
-@pytest.fixture
-def run(capsys):
-    """The command in this process: exit code, stdout, stderr."""
-
-    def command(*words):
-        capsys.readouterr()
-        try:
-            code = cli.main([str(word) for word in words])
-        except SystemExit as leaving:
-            code = leaving.code
-        return (code, *capsys.readouterr())
-
-    return command
 
 
 def test_render_writes_exr_png_and_statistics_and_says_so(run, blend, tmp_path):

@@ -5,7 +5,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 from support.bpy_motion import animate  # noqa: E402
-from support.bpy_scenes import add, cube, empty_scene, export, mesh  # noqa: E402
+from support.bpy_scenes import add, cube, export, mesh, shutter_scene  # noqa: E402
 
 from pt_engine.blender.export import ExportError  # noqa: E402
 from pt_engine.scene.movement import Movement, moving_last  # noqa: E402
@@ -13,10 +13,7 @@ from pt_engine.scene.movement import Movement, moving_last  # noqa: E402
 
 @pytest.fixture(autouse=True)
 def scene():
-    made = empty_scene()
-    made.render.use_motion_blur, made.render.motion_blur_shutter = True, 0.5
-    made.frame_set(2)
-    return made
+    return shutter_scene()
 
 
 class Frames:

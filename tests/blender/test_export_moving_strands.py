@@ -5,7 +5,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 from support.bpy_motion import animate  # noqa: E402
-from support.bpy_scenes import add, cube, empty_scene, export  # noqa: E402
+from support.bpy_scenes import add, cube, export, shutter_scene  # noqa: E402
 
 from pt_engine.scene.hulls import STILL  # noqa: E402
 from pt_engine.scene.prepare import prepare  # noqa: E402
@@ -15,10 +15,7 @@ PLACES = [(0, 0, 0), (2, 0, 0), (4, 0, 2)]
 
 @pytest.fixture(autouse=True)
 def scene():
-    made = empty_scene()
-    made.render.use_motion_blur, made.render.motion_blur_shutter = True, 0.5
-    made.frame_set(2)
-    return made
+    return shutter_scene()
 
 
 def blurred():

@@ -6,7 +6,6 @@ import bpy
 import pytest
 from support.engine_scene import engine_scene
 
-from pt_engine.blender import cli
 from pt_engine.nodes.registry import NODES
 
 
@@ -58,18 +57,6 @@ def bevel(monkeypatch):
     monkeypatch.setitem(NODES, "Bevel", ignored)
     asked = [("Scene Scene", "fur", "the cube is bald")]
     monkeypatch.setattr("pt_engine.blender.export.scene.scene_wide", lambda depsgraph, scene: asked)
-
-
-@pytest.fixture
-def run(capsys):
-    """The command in this process: exit code, stdout, stderr."""
-
-    def command(*words):
-        capsys.readouterr()
-        code = cli.main([str(word) for word in words])
-        return (code, *capsys.readouterr())
-
-    return command
 
 
 def test_coverage_lists_every_node_and_what_else_the_file_asks_for(run, blend):

@@ -14,6 +14,14 @@ def empty_scene():
     return bpy.context.scene
 
 
+def shutter_scene():
+    """The same at frame 2, with the shutter open for half a frame around it."""
+    made = empty_scene()
+    made.render.use_motion_blur, made.render.motion_blur_shutter = True, 0.5
+    made.frame_set(2)
+    return made
+
+
 def add(data, name="", **settings):
     """A new object of `data` in the scene."""
     owner = bpy.data.objects.new(name or data.name, data)
