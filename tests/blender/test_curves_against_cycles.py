@@ -213,18 +213,21 @@ def emitter(scene, material, child_type="NONE"):
     ids=["diffuse", "position", "numbers", "attribute"],
 )
 def test_point_clouds(material, scene, tmp_path):
-    cloud, rng, count = bpy.data.pointclouds.new("Cloud"), np.random.default_rng(3), 60
-    cloud.resize(count)
-    layers = {
-        ("position", "FLOAT_VECTOR", "vector"): rng.uniform(-0.8, 0.8, (count, 3)) + [0, 0, 0.6],
-        ("radius", "FLOAT", "value"): rng.uniform(0.05, 0.2, count),
-        ("paint", "FLOAT_COLOR", "color"): rng.random((count, 4)),
-    }
-    for (name, kind, field), values in layers.items():
-        layer = cloud.attributes.get(name) or cloud.attributes.new(name, kind, "POINT")
-        layer.data.foreach_set(field, values.astype(np.float32).ravel())
-    cloud.materials.append(material())
-    scene.collection.objects.link(bpy.data.objects.new("Cloud", cloud))
+    rng, count = np.random.default_rng(3), 60
+    mesh = bpy.data.meshes.new("Cloud")
+    mesh.from_pydata(rng.uniform(-0.8, 0.8, (count, 3)) + [0, 0, 0.6], [], [])
+    for name, kind, field, values in (
+        ("radius", "FLOAT", "value", rng.uniform(0.05, 0.2, count)),
+        ("paint", "FLOAT_COLOR", "color", rng.random((count, 4))),
+    ):
+        mesh.attributes.new(name, kind, "POINT").data.foreach_set(field, values.astype(np.float32).ravel())
+    cloud = bpy.data.objects.new("Cloud", mesh)
+    scene.collection.objects.link(cloud)
+    with bpy.context.temp_override(object=cloud, active_object=cloud, selected_editable_objects=[cloud]):
+        bpy.ops.object.convert(target="POINTCLOUD")  # 4.5 has no PointCloud.resize
+    assert len(cloud.data.points) == count
+    assert {"radius", "paint"} <= set(cloud.data.attributes.keys())
+    cloud.data.materials.append(material())
     agree(tmp_path, 8)
 
 
