@@ -43,7 +43,7 @@ def behind_leaves(lamp):
 
 @pytest.mark.parametrize("lamp", [None, SOFT_LAMP], ids=["mesh light", "area lamp"])
 def test_three_strategies_agree_on_light_behind_transparent_leaves(lamp):
-    """A leaf reflects or lets pass; what lies behind gets the one bounce that there is, for passing is none."""
+    """A leaf reflects or lets pass; behind it there is the one bounce, for passing is none."""
     results = [
         make.rendered(behind_leaves(lamp), 24, samples=96, integrator=name, seed=k)
         for k, name in enumerate(("direct_bsdf", "direct_emitter", "direct_mis"))
