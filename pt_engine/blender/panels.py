@@ -7,6 +7,7 @@ import bpy
 from .compatibility import ENGINE
 from .record import Session
 from .words import count, duration, estimated_error
+from .wrapping import listing
 
 LINES = 24  # of a listing
 
@@ -140,9 +141,9 @@ class PTENGINE_RENDER_PT_statistics(RenderPanel, bpy.types.Panel):
         if record is None:
             layout.label(text="Nothing is rendered yet")
         elif record.failure:
-            listing(layout, record.failure.splitlines()[:LINES], icon="ERROR")
+            listing(layout, context, record.failure.splitlines()[:LINES], icon="ERROR")
         else:
-            listing(layout, statistics_lines(record.statistics()))
+            listing(layout, context, statistics_lines(record.statistics()))
 
 
 def statistics_lines(stats) -> list[str]:
@@ -161,13 +162,6 @@ def statistics_lines(stats) -> list[str]:
     if dropped := stats["nonfinite"]["count"]:
         lines.append(f"{dropped} non-finite samples dropped")
     return lines + [f"{name}: {state}" for name, state in stats["features"].items()]
-
-
-def listing(layout, lines, icon="NONE") -> None:
-    """Lines of text, close together."""
-    column = layout.box().column(align=True)
-    for number, line in enumerate(lines):
-        column.label(text=line, icon=icon if number == 0 else "NONE")
 
 
 PROPERTY_CLASSES = tuple(property_panel(*row) for row in PROPERTY_PANELS)
