@@ -16,8 +16,17 @@ OF_EEVEE = (
     "DATA_PT_camera_dof_aperture",
     "DATA_PT_EEVEE_light",
     "EEVEE_MATERIAL_PT_context_material",
+    "EEVEE_MATERIAL_PT_displacement",
     "EEVEE_MATERIAL_PT_surface",
     "EEVEE_WORLD_PT_surface",
+)
+# or for Cycles; which of them there are depends on Blender's version
+OF_CYCLES = (
+    "CYCLES_RENDER_PT_curves",
+    "CYCLES_RENDER_PT_motion_blur",
+    "CYCLES_RENDER_PT_motion_blur_curve",
+    "CYCLES_RENDER_PT_subdivision",
+    "VIEWLAYER_PT_override",
 )
 
 
@@ -26,13 +35,14 @@ def panels():
     for panel in bpy.types.Panel.__subclasses__():
         name, engines = panel.__name__, getattr(panel, "COMPAT_ENGINES", ())
         left_out = name in DOUBLE or any(part in name for part in NOT_FOR_US)
-        if ("BLENDER_RENDER" in engines and not left_out) or name in OF_EEVEE:
+        if ("BLENDER_RENDER" in engines and not left_out) or name in (*OF_EEVEE, *OF_CYCLES):
             yield panel
 
 
 def register() -> None:
     for panel in panels():
-        panel.COMPAT_ENGINES.add(ENGINE)
+        if ENGINE not in panel.COMPAT_ENGINES:
+            panel.COMPAT_ENGINES = {*panel.COMPAT_ENGINES, ENGINE}  # Cycles' panels share one set
 
 
 def unregister() -> None:
