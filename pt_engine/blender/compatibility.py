@@ -20,14 +20,7 @@ OF_EEVEE = (
     "EEVEE_MATERIAL_PT_surface",
     "EEVEE_WORLD_PT_surface",
 )
-# or for Cycles; which of them there are depends on Blender's version
-OF_CYCLES = (
-    "CYCLES_RENDER_PT_curves",
-    "CYCLES_RENDER_PT_motion_blur",
-    "CYCLES_RENDER_PT_motion_blur_curve",
-    "CYCLES_RENDER_PT_subdivision",
-    "VIEWLAYER_PT_override",
-)
+SINCE_5 = ("VIEWLAYER_PT_override",)  # of EEVEE and Cycles
 
 
 def panels():
@@ -35,14 +28,13 @@ def panels():
     for panel in bpy.types.Panel.__subclasses__():
         name, engines = panel.__name__, getattr(panel, "COMPAT_ENGINES", ())
         left_out = name in DOUBLE or any(part in name for part in NOT_FOR_US)
-        if ("BLENDER_RENDER" in engines and not left_out) or name in (*OF_EEVEE, *OF_CYCLES):
+        if ("BLENDER_RENDER" in engines and not left_out) or name in (*OF_EEVEE, *SINCE_5):
             yield panel
 
 
 def register() -> None:
     for panel in panels():
-        if ENGINE not in panel.COMPAT_ENGINES:
-            panel.COMPAT_ENGINES = {*panel.COMPAT_ENGINES, ENGINE}  # Cycles' panels share one set
+        panel.COMPAT_ENGINES.add(ENGINE)
 
 
 def unregister() -> None:

@@ -131,7 +131,6 @@ def test_blenders_own_panels_come_and_go_with_the_engine(scene):
         }
 
     assert set(compatibility.OF_EEVEE) <= shown()
-    assert {"CYCLES_RENDER_PT_curves", "CYCLES_RENDER_PT_motion_blur"} <= shown()
     assert {"RENDER_PT_format", "RENDER_PT_output", "DATA_PT_camera", "DATA_PT_spot"} <= shown()
     assert "CYCLES_RENDER_PT_sampling" not in shown()
     registration.unregister()
