@@ -145,6 +145,12 @@ def seen_by(change):
     change(seen_room.room())
 
 
+def glass_before_the_sky():
+    """A pane through which nothing but the transparent film is seen."""
+    seen_room.clear_film(roughness=0.1)(seen_room.room())
+    seen_room.of("Glass").location.z = 2.2
+
+
 def border(crop):
     """A part of the picture."""
     own_scenes.with_camera(own_scenes.set_to())
@@ -239,10 +245,10 @@ ITEMS: dict[str, dict[str, Callable[[], None]]] = {
             "one material",
             "another world",
             "clear film",
-            "clear film behind glass",
             "clear film behind rough glass",
         )
-    },
+    }
+    | {"clear film behind glass": glass_before_the_sky},
     "Environment": {
         "image with a small sun": own["environment-map"],
         "made by nodes": node_made_world,

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from ... import __version__
+from .converters import assignment, pair, path_ending, positive, whole
 
 
 def parser() -> argparse.ArgumentParser:
@@ -16,6 +17,13 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=f"pt_engine {__version__}")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
+    for add in (add_render, add_replay, add_inspections, add_accuracy, add_selftest):
+        add(commands)
+    return top
+
+
+def add_render(commands) -> None:
+    """The command that makes pictures."""
     render = commands.add_parser(
         "render",
         allow_abbrev=False,
@@ -41,6 +49,9 @@ def parser() -> argparse.ArgumentParser:
     output.add_argument("--progress", action="store_true", help="a progress bar even without a terminal")
     output.add_argument("--quiet", action="store_true", help="only errors")
 
+
+def add_replay(commands) -> None:
+    """The command that walks one path again."""
     replay = commands.add_parser(
         "replay",
         allow_abbrev=False,
@@ -58,9 +69,10 @@ def parser() -> argparse.ArgumentParser:
     replay.add_argument(
         "--sample", type=whole(0), required=True, metavar="N", help="the sample's number, from 0"
     )
-    add_inspections(commands)
-    add_accuracy(commands)
 
+
+def add_selftest(commands) -> None:
+    """The command that needs no file."""
     selftest = commands.add_parser(
         "selftest",
         allow_abbrev=False,
@@ -70,7 +82,6 @@ def parser() -> argparse.ArgumentParser:
     )
     selftest.add_argument("--all", action="store_true", help="the slow cases too")
     selftest.add_argument("--markdown", type=Path, metavar="F.md", help="write the table as a page, too")
-    return top
 
 
 def add_inspections(commands) -> None:
@@ -192,57 +203,3 @@ def add_scene_options(command: argparse.ArgumentParser) -> None:
         metavar="F.py",
         help="a Python file that registers an integrator of your own; may be repeated",
     )
-
-
-def whole(least: int):
-    """A converter to int that refuses less than `least`."""
-
-    def number(text: str) -> int:
-        value = int(text)
-        if value < least:
-            raise argparse.ArgumentTypeError(f"{value} is less than {least}")
-        return value
-
-    return number
-
-
-def positive(text: str) -> float:
-    """A finite number of at least 0."""
-    value = float(text)
-    if not 0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text} is not a finite number of at least 0")
-    return value
-
-
-def pair(separator: str, least: int = 0):
-    """A converter of `AxB` to two numbers."""
-
-    def numbers(text: str) -> tuple[int, int]:
-        first, found, second = text.partition(separator)
-        if not (found and first.isdecimal() and second.isdecimal()):
-            raise argparse.ArgumentTypeError(f"{text!r} is not like 640{separator}360")
-        values = int(first), int(second)
-        if min(values) < least:
-            raise argparse.ArgumentTypeError(f"{text!r} has a number below {least}")
-        return values
-
-    return numbers
-
-
-def path_ending(suffix: str):
-    """A converter to a path with this ending."""
-
-    def path(text: str) -> Path:
-        if Path(text).suffix.lower() != f".{suffix}":
-            raise argparse.ArgumentTypeError(f"{text!r} does not end with .{suffix}")
-        return Path(text)
-
-    return path
-
-
-def assignment(text: str) -> tuple[str, str]:
-    """`key=value` in two."""
-    key, found, value = text.partition("=")
-    if not (found and key):
-        raise argparse.ArgumentTypeError(f"{text!r} is not like key=value")
-    return key, value
