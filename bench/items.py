@@ -21,7 +21,7 @@ from .report import table
 sys.path.insert(0, str(ROOT / "tests"))
 
 import bpy
-from support.cycles import BOUNCES, OVERRIDES
+from support.cycles import BOUNCES, set_up
 from support.items import ITEMS
 from support.shared_scenes import read_exr
 from support.ztest import Agreement, compare
@@ -99,23 +99,14 @@ def pictures(make: Callable[[], None]) -> tuple[list[np.ndarray], list[np.ndarra
     registration.register()
     make()
     scene = bpy.context.scene
-    render, own = scene.render, scene.pt_engine
-    for name, value in OVERRIDES.items():
-        if hasattr(scene.cycles, name):
-            setattr(scene.cycles, name, value)
+    own = scene.pt_engine
+    set_up(THEIRS, SIZE)
     own.max_depth, own.transparent_depth = BOUNCES + 2, BOUNCES  # edges, and the bounces between the ends
-    scene.cycles.samples, own.samples = THEIRS, OURS
-    render.resolution_x, render.resolution_y = SIZE
-    render.resolution_percentage = 100
-    render.use_compositing = render.use_sequencer = False
-    form = render.image_settings
-    if hasattr(form, "media_type"):
-        form.media_type = "IMAGE"
-    form.file_format, form.color_mode, form.color_depth = "OPEN_EXR", "RGBA", "32"
+    own.samples = OURS
     with tempfile.TemporaryDirectory() as folder:
         pairs = []
         for engine in ("PT_ENGINE", "CYCLES"):
-            render.engine = engine
+            scene.render.engine = engine
             pairs.append([])
             for seed in (0, 1):
                 scene.cycles.seed = own.seed = seed

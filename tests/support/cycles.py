@@ -44,6 +44,19 @@ def by_cycles(samples: int, size: tuple[int, int], folder: Path, **more: Any) ->
     """RGBA images of seeds 0 and 1, top row first; `more` are settings of Cycles."""
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
+    set_up(samples, size, **more)
+    images = []
+    for seed in (0, 1):
+        scene.cycles.seed = seed
+        scene.render.filepath = str(folder / f"cycles{seed}.exr")
+        bpy.ops.render.render(write_still=True)
+        images.append(read_exr(scene.render.filepath))
+    return images[0], images[1]
+
+
+def set_up(samples: int, size: tuple[int, int], **more: Any) -> None:
+    """Have Cycles trace paths and nothing else, into an EXR file; `more` are settings of Cycles."""
+    scene = bpy.context.scene
     for name, value in (OVERRIDES | more).items():
         if hasattr(scene.cycles, name):
             setattr(scene.cycles, name, value)
@@ -56,13 +69,6 @@ def by_cycles(samples: int, size: tuple[int, int], folder: Path, **more: Any) ->
     if hasattr(form, "media_type"):
         form.media_type = "IMAGE"
     form.file_format, form.color_mode, form.color_depth = "OPEN_EXR", "RGBA", "32"
-    images = []
-    for seed in (0, 1):
-        scene.cycles.seed = seed
-        settings.filepath = str(folder / f"cycles{seed}.exr")
-        bpy.ops.render.render(write_still=True)
-        images.append(read_exr(settings.filepath))
-    return images[0], images[1]
 
 
 def by_engine(samples: int, size: tuple[int, int], **more: Any) -> Pair:
