@@ -16,9 +16,11 @@ OF_EEVEE = (
     "DATA_PT_camera_dof_aperture",
     "DATA_PT_EEVEE_light",
     "EEVEE_MATERIAL_PT_context_material",
+    "EEVEE_MATERIAL_PT_displacement",
     "EEVEE_MATERIAL_PT_surface",
     "EEVEE_WORLD_PT_surface",
 )
+SINCE_5 = ("VIEWLAYER_PT_override",)  # of EEVEE and Cycles
 
 
 def panels():
@@ -26,7 +28,7 @@ def panels():
     for panel in bpy.types.Panel.__subclasses__():
         name, engines = panel.__name__, getattr(panel, "COMPAT_ENGINES", ())
         left_out = name in DOUBLE or any(part in name for part in NOT_FOR_US)
-        if ("BLENDER_RENDER" in engines and not left_out) or name in OF_EEVEE:
+        if ("BLENDER_RENDER" in engines and not left_out) or name in (*OF_EEVEE, *SINCE_5):
             yield panel
 
 

@@ -15,6 +15,7 @@ from ..render.memory import check_film, fitted, room, room_for_scene
 from ..render.progressive import render
 from ..render.stats import statistics
 from ..report.error_picture import error_picture
+from ..scene.another_view import through
 from ..scene.memory import snapshot_bytes
 from ..scene.prepare import prepare
 from . import passes
@@ -43,12 +44,16 @@ def final_render(engine, depsgraph) -> None:
     engine.update_stats("", "Exporting the scene")
     snapshot = export_scene(depsgraph, frame_set=engine.frame_set)
     exported = time.perf_counter() - started
+    prepared = None
     for view, seen in views(engine, depsgraph, snapshot, size):
-        started = time.perf_counter() - exported  # the one export is part of each view's time
-        engine.update_stats("", "Preparing the scene")
-        prepared = prepared_to_fit(seen, settings, scene.pt_engine)
-        record.coverage = tuple(dict.fromkeys(chain(record.coverage, prepared.coverage)))
-        tell_coverage(engine, prepared.coverage, scene.pt_engine.strict)
+        started = time.perf_counter() - exported  # the one export is part of the first view's time
+        first, prepared = prepared is None, prepared and through(prepared, seen)
+        if prepared is None:
+            engine.update_stats("", "Preparing the scene")
+            prepared = prepared_to_fit(seen, settings, scene.pt_engine)
+        if first:  # a camera changes nothing in the coverage
+            record.coverage = tuple(dict.fromkeys(chain(record.coverage, prepared.coverage)))
+            tell_coverage(engine, prepared.coverage, scene.pt_engine.strict)
         if Session.observer.takes_over(prepared, settings, seen):
             return
         settings = fitted(settings, room(scene.pt_engine.memory_limit << 20, prepared.bytes))

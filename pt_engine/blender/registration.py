@@ -10,6 +10,7 @@ from . import (
     accuracy_panel,
     compatibility,
     coverage_panel,
+    cycles_panels,
     object_panels,
     operators,
     panels,
@@ -21,8 +22,8 @@ from . import (
 from .engine import PTEngine
 
 PARTS = (
-    *(properties, operators, panels, accuracy_panel, coverage_panel, object_panels, panorama_panel),
-    *(compatibility, preferences),
+    *(properties, operators, panels, accuracy_panel, coverage_panel, object_panels),
+    *(cycles_panels, panorama_panel, compatibility, preferences),
 )
 
 

@@ -7,6 +7,7 @@ steps.
 
 from __future__ import annotations
 
+import copy
 from dataclasses import fields, replace
 from typing import Any
 
@@ -85,9 +86,18 @@ class Movement:
         self.first = int((~moves(snapshot, motion)).sum())
         self.deforming = frozenset(m.mesh for m in motion.meshes)
         self._paths = [(rows.instance - self.first, MatrixPath.of(rows.matrix)) for rows in motion.instances]
-        cameras = motion.cameras
-        matrices = np.array([camera.matrix for camera in cameras], np.float64)
+        self._look_through(snapshot.camera, motion.cameras)
+
+    def _look_through(self, camera: CameraData, cameras: tuple[CameraData, ...]) -> None:
+        self._camera, self._cameras = camera, cameras
+        matrices = np.array([step.matrix for step in cameras], np.float64)
         self._camera_path = MatrixPath.of(matrices[None]) if cameras else None
+
+    def seen_by(self, camera: CameraData, cameras: tuple[CameraData, ...]) -> Movement:
+        """The same with another camera, which `cameras` move if there are any."""
+        other = copy.copy(self)
+        other._look_through(camera, cameras)
+        return other
 
     @property
     def geometry(self) -> bool:
@@ -120,16 +130,15 @@ class Movement:
         """The camera at a time; None where it stands still."""
         if self._camera_path is None:
             return None
-        cameras = self._motion.cameras
-        first, part = step(time, len(cameras))
-        a, b = cameras[first], cameras[first + 1]
+        first, part = step(time, len(self._cameras))
+        a, b = self._cameras[first], self._cameras[first + 1]
 
         def on_the_way(x: float, y: float) -> float:
             return (1 - part) * x + part * y
 
         left, right, bottom, top = (on_the_way(x, y) for x, y in zip(a.frame, b.frame, strict=True))
         return replace(
-            self._snapshot.camera,
+            self._camera,
             matrix=self._camera_path.at(time)[0],
             frame=(left, right, bottom, top),
             aperture_radius=on_the_way(a.aperture_radius, b.aperture_radius),

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cameras import make_camera
-from ..core.view import View
 from ..emitters.lights import Lights
 from ..emitters.many import Surfaces
 from ..emitters.restricted import SCATTERED
@@ -20,6 +19,7 @@ from ..nodes.coverage import APPROXIMATE, IGNORED, Coverage
 from ..nodes.world import compile_light, compile_world
 from ..textures.images import TextureStore
 from .accel import Accel
+from .another_view import made_for_one_view, view_of
 from .attributes import (
     Layer,
     attribute_layer,
@@ -47,7 +47,7 @@ from .rounds import rounds_among, rounds_of
 from .scene import Scene
 from .sighted import standing_out
 from .slices import Slices
-from .snapshot import CameraData, Snapshot, Visibility
+from .snapshot import Snapshot, Visibility
 from .terminator import Terminator
 from .world_light import environment
 
@@ -132,6 +132,7 @@ def prepare(
     scene.unsampled_surfaces = bool(scene.surface_emits[geometry.surface].sum() > len(prim))
     scene.material_names = tuple(graph.name for graph in snapshot.materials)
     scene.camera, scene.view = make_camera(snapshot.camera, geometry.origin), view
+    scene.of_one_view = made_for_one_view(materials, world, lamp_programs)
     scene.exposure = snapshot.exposure
     if film_transparent and snapshot.clear_glass >= 0:
         scene.show_through(snapshot.clear_glass)
@@ -199,11 +200,6 @@ def whose(snapshot: Snapshot, instance: Int32) -> Int32 | None:
     if links is not None:
         bits += links.emitter << 8
     return bits[instance] if (bits != Visibility.ALL).any() else None
-
-
-def view_of(camera: CameraData) -> View:
-    """The camera's space and image."""
-    return View(camera.kind, camera.matrix, camera.frame, camera.panorama, camera.fisheye_polynomial)
 
 
 def to_light(geometry: Geometry, materials: Materials) -> Surfaces:

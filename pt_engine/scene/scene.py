@@ -67,6 +67,7 @@ class Scene:
     camera: Camera
     view: View
     exposure: float = 1.0
+    of_one_view: bool = False  # whether its lights or shapes depend on the camera
     pixel_angle: float = 1e-3  # width of a pixel at distance 1
     lights_without_shadow: bool
     features: dict[str, str]

@@ -134,6 +134,16 @@ class Slices:
         if not len(self._shining):
             del self._make_lights
 
+    def through(self, scene: Scene, snapshot: Snapshot) -> Slices:
+        """The slices of `scene` seen by the camera of `snapshot`, which may move."""
+        other = copy.copy(self)
+        assert snapshot.motion is not None
+        other._scene, other._movement = (
+            scene,
+            self._movement.seen_by(snapshot.camera, snapshot.motion.cameras),
+        )
+        return other
+
     def at(self, u: float) -> Scene:
         """The scene at the moment that a uniform number in [0, 1) chooses; `Scene.time` says which."""
         scene = copy.copy(self._scene)

@@ -1,11 +1,13 @@
 """Settings, panels and pictures: the engine's parts that need no render."""
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
 from support.engine_scene import engine_scene
 
-from pt_engine.blender import compatibility, panels, panorama_panel, registration
+from pt_engine.blender import compatibility, cycles_panels, panels, panorama_panel, registration
 from pt_engine.blender.export.panorama import EDGES
 from pt_engine.blender.picture import Picture
 from pt_engine.blender.properties import integrator_number
@@ -106,6 +108,17 @@ def test_every_panorama_has_its_lens_in_the_panel(scene):
     known = {e.identifier for e in camera.bl_rna.properties["panorama_type"].enum_items}
     assert set(panorama_panel.LENSES) <= known & set(EDGES)
     assert all(hasattr(camera, name) for lens in panorama_panel.LENSES.values() for name in lens)
+
+
+def test_every_setting_kept_with_cycles_exists(scene):
+    """Of an object, a world and a material."""
+    context = SimpleNamespace(
+        object=scene.camera, world=bpy.data.worlds.new("World"), material=bpy.data.materials.new("Material")
+    )
+    for _, _, _, switch, settings in cycles_panels.PANELS:
+        for path in filter(None, (switch, *settings)):
+            assert cycles_panels.owner_of(context, path)[0] is not None, path
+    assert cycles_panels.owner_of(SimpleNamespace(object=None), "object.cycles.use_motion_blur")[0] is None
 
 
 def test_blenders_own_panels_come_and_go_with_the_engine(scene):

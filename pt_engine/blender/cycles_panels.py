@@ -1,0 +1,77 @@
+"""Panels for settings that have an effect here but that Blender's own panels show to Cycles alone."""
+
+from __future__ import annotations
+
+from functools import reduce
+
+import bpy
+
+from .object_panels import DataPanel
+
+# tab, name, label, switch in the header, settings; all as paths from the context
+PANELS = (
+    (
+        "object",
+        "motion_blur",
+        "Motion Blur",
+        "object.cycles.use_motion_blur",
+        ("object.cycles.motion_steps", "object.cycles.use_deform_motion"),
+    ),
+    (
+        "world",
+        "ray_visibility",
+        "Ray Visibility",
+        "",
+        tuple(f"world.cycles_visibility.{kind}" for kind in ("camera", "diffuse", "glossy", "transmission")),
+    ),
+    (
+        "material",
+        "settings",
+        "Settings",
+        "",
+        ("material.displacement_method", "material.cycles.emission_sampling"),
+    ),
+)
+
+
+def owner_of(context, path: str):
+    """What has the property at the end of a path, and the property's name; None where it is missing."""
+    *owners, name = path.split(".")
+    owner = reduce(lambda found, key: getattr(found, key, None), owners, context)
+    return (owner, name) if hasattr(owner, name) else (None, name)
+
+
+def settings_panel(tab, name, label, switch, settings):
+    """A panel class of a table row, shown where its settings exist."""
+
+    def applies(cls, context):
+        return owner_of(context, settings[0])[0] is not None
+
+    def draw_header(self, context):
+        if switch:
+            self.layout.prop(*owner_of(context, switch), text="")
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        if switch:
+            layout.active = getattr(*owner_of(context, switch))
+        for path in settings:
+            layout.prop(*owner_of(context, path))
+
+    return type(
+        f"PTENGINE_{tab.upper()}_PT_{name}",
+        (DataPanel, bpy.types.Panel),
+        {
+            "bl_label": label,
+            "bl_context": tab,
+            "bl_options": {"DEFAULT_CLOSED"},
+            "applies": classmethod(applies),
+            "draw_header": draw_header,
+            "draw": draw,
+        },
+    )
+
+
+CLASSES = tuple(settings_panel(*row) for row in PANELS)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)
