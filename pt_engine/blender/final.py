@@ -84,8 +84,8 @@ def render_view(engine, depsgraph, prepared, settings, view: str) -> dict[str, A
 
         ledger = Ledger()
         result = render(prepared, settings, on_progress, meter.should_stop, ledger)
-        for extra in passes.enabled(depsgraph.view_layer_eval):
-            picture.fill(extra.name, extra.image(result.film))
+        for name, image in passes.images(depsgraph.view_layer_eval, result):
+            picture.fill(name, image)
         picture.show(result.image())
 
     stats = statistics(prepared, settings, result, ledger)

@@ -65,8 +65,9 @@ class DirectBSDF(Direct):
         self, scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, random: LaneSampler
     ) -> None:
         rays = path.scatter(si, bsdf.sample(random.bsdf(0)))
-        for hit in scene.emission(rays, scene.intersect(rays), path):
-            scatter_add(path.L, hit.lanes, path.beta.take(hit.lanes, axis=1) * hit.radiance)
+        found = scene.intersect(rays)
+        for hit in scene.emission(rays, found, path):
+            path.gather(hit._replace(pdf=np.zeros_like(hit.pdf)))  # no other strategy could have found it
 
 
 class DirectEmitter(Direct):

@@ -94,7 +94,7 @@ def with_catchers_alone(scene: Scene, placed: Placed) -> Scene:
     rows = [classes != 0] + [(classes & bit) != 0 for bit in (*BITS, Visibility.SHADOW)]
     tree = Sighted(trees_of(placed, kind, np.stack(rows)))
     alone.accel, alone.seen_apart = through_hulls(tree, scene.geometry), True
-    alone.lights = _lights(scene.lights)
+    alone.lights, alone.light_groups = _lights(scene.lights), ()
     return alone
 
 

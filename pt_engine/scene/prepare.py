@@ -132,7 +132,7 @@ def prepare(
     scene.unsampled_surfaces = bool(scene.surface_emits[geometry.surface].sum() > len(prim))
     scene.material_names = tuple(graph.name for graph in snapshot.materials)
     scene.camera, scene.view = make_camera(snapshot.camera, geometry.origin), view
-    scene.exposure = snapshot.exposure
+    scene.exposure, scene.light_groups = snapshot.exposure, snapshot.light_groups
     if film_transparent and snapshot.clear_glass >= 0:
         scene.show_through(snapshot.clear_glass)
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
@@ -192,12 +192,14 @@ def apart_from_others(snapshot: Snapshot) -> list[int]:
     return np.flatnonzero(standing_out(snapshot) | catchers_of(snapshot.instances)).tolist()
 
 
-def whose(snapshot: Snapshot, instance: Int32) -> Int32 | None:
+def whose(snapshot: Snapshot, instance: Int32) -> NDArray[np.int64] | None:
     """(T,) `TriangleEmitters.whose` of triangles of each `instance`."""
     links = snapshot.linking
-    bits = snapshot.instances.visibility.astype(np.int32)
+    bits, groups = snapshot.instances.visibility.astype(np.int64), snapshot.instances.light_group
     if links is not None:
-        bits += links.emitter << 8
+        bits += links.emitter.astype(np.int64) << 8
+    if groups is not None:
+        bits += groups.astype(np.int64) << 32
     return bits[instance] if (bits != Visibility.ALL).any() else None
 
 

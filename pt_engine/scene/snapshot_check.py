@@ -259,6 +259,12 @@ def check_instances(snapshot: data.Snapshot) -> None:
         shape(values, (count, 4), f"instances.attributes {name}")
     if rows.terminator is not None:
         shape(rows.terminator, (count,), "instances.terminator")
+    groups = len(snapshot.light_groups) + 1
+    if rows.light_group is not None:
+        shape(rows.light_group, (count,), "instances.light_group")
+        within(rows.light_group, groups, "instances.light_group")
+    others = [snapshot.world_light_group, *(light.light_group for light in snapshot.lights)]
+    require(all(0 <= number < groups for number in others), "there is no such light group")
 
 
 def check_linking(links: data.Linking, snapshot: data.Snapshot) -> None:

@@ -101,7 +101,7 @@ def test_a_ray_along_the_sample_meets_the_lamp_with_the_same_density_and_radianc
     wanted = np.flatnonzero(s.weight[0] > 0.0)
     hits = [h for h in scene.intersect(p, s.wo, np.full(n, np.inf, np.float32)) if h.lanes.size]
     assert len(hits) == 1
-    lanes, radiance, pdf = hits[0]
+    lanes, radiance, pdf, _ = hits[0]
     common = np.intersect1d(wanted, lanes)
     assert common.size > 0.999 * wanted.size - 1 or name == "tiny sphere"
     place = np.searchsorted(lanes, common)

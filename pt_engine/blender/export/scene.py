@@ -16,7 +16,7 @@ from .motion import MotionReader
 from .properties import with_scene_values
 from .shutter import Shutter
 from .unsupported import scene_wide
-from .world import export_world, world_visibility
+from .world import export_world, world_of, world_visibility
 
 
 def export_scene(depsgraph, *, camera=None, size=None, frame_set=None) -> Snapshot:
@@ -82,6 +82,8 @@ def export_moment(depsgraph, camera, size, shutter: Shutter, frame: int) -> Snap
         points=tuple(collector.points),
         world_visibility=world_visibility(scene, view_layer),
         linking=linking,
+        light_groups=collector.groups.names,
+        world_light_group=collector.groups.of(world_of(scene, view_layer)),
         clear_glass=clear_glass(scene),
     )
 

@@ -13,7 +13,6 @@ def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
         *rolling_shutter(scene),
         *shadow_caustics(depsgraph),
         *texture_settings(scene),
-        *light_groups(depsgraph),
         *world_bounces(depsgraph, scene),
         *(entry for owner in depsgraph.objects for entry in of_object(owner)),
     ]
@@ -43,15 +42,6 @@ def world_bounces(depsgraph, scene):
     world = getattr(depsgraph.view_layer, "world_override", None) or scene.world
     if getattr(getattr(world, "cycles", None), "max_bounces", UNLIMITED) < UNLIMITED:
         yield (f"World {world.name}", "max bounces", "its light counts after any number of bounces")
-
-
-def light_groups(depsgraph):
-    """Passes of groups of lights, where the view layer has any that something is in."""
-    groups = {group.name for group in getattr(depsgraph.view_layer, "lightgroups", ())}
-    owners = [*depsgraph.objects, depsgraph.scene.world]
-    if groups & {getattr(owner, "lightgroup", "") for owner in owners if owner is not None}:
-        effect = "no passes of their own: all are in the image together"
-        yield (f"View layer {depsgraph.view_layer.name}", "light groups", effect)
 
 
 def texture_settings(scene):
