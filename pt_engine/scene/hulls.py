@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from ..core import frames
 from .geometry import bounds, chunks
 from .movement import reordered
-from .snapshot import CurvesData, InstanceMotion, MeshData, Motion, PointsData, Snapshot
+from .snapshot import CurvesData, InstanceMotion, MeshData, PointsData, Snapshot
 from .strands import Samples, sampled, tangents
 
 Float32 = NDArray[np.float32]
@@ -62,7 +62,7 @@ def standing_still(snapshot: Snapshot, still: NDArray[np.bool_]) -> Snapshot:
     stopped = [k for rows in motion.instances for k in rows.instance[still[rows.instance]]]
     kept = [(rows, ~still[rows.instance]) for rows in motion.instances]
     moved = tuple(InstanceMotion(rows.instance[on], rows.matrix[on]) for rows, on in kept if on.any())
-    left = Motion(motion.shutter, moved, motion.meshes, motion.cameras)
+    left = replace(motion, instances=moved)
     effect = "sharp, where it is in the middle of the shutter's time"
     entries = dict.fromkeys((f"Object {names[k]}", STILL, effect) for k in stopped)
     return replace(

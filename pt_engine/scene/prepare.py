@@ -30,7 +30,7 @@ from .attributes import (
     tangent_layer,
     uv_layer,
 )
-from .catcher import catchers_of, with_catchers_alone
+from .catcher import catchers_of, catchers_tree, with_catchers_alone
 from .displace import displaced
 from .features import ON, features
 from .geometry import BOUND, INSTANCE, Geometry
@@ -137,7 +137,8 @@ def prepare(
         scene.show_through(snapshot.clear_glass)
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
     if scene.has_catchers:
-        scene.alone = with_catchers_alone(scene, placed)
+        tree = catchers_tree(placed, snapshot.instances, scene.catchers)
+        scene.alone = with_catchers_alone(scene, tree)
     scene.features = features(snapshot, scene, film_transparent)
     scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
     scene.bytes = snapshot_bytes(snapshot) + need(snapshot, sharing, needs).kept

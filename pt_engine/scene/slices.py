@@ -21,6 +21,7 @@ from ..emitters.lights import Lights
 from ..emitters.triangle import TriangleEmitters
 from .accel import Accel
 from .attributes import Layer, appended, normal_layer, position_layer
+from .catcher import catchers_of, catchers_tree, with_catchers_alone
 from .displace import Layers, displaced
 from .geometry import BOUND, FEW, PLANE, Geometry, Placed, mirrors, pack_planes, place
 from .movement import Movement, some_instances
@@ -86,6 +87,8 @@ class Slices:
         The instances that move or deform.
     triangles : int
         How many are placed anew for each moment.
+    exposure : float
+        `Motion.row_exposure`.
     """
 
     def __init__(
@@ -93,7 +96,7 @@ class Slices:
     ) -> None:
         self._snapshot, self._materials, self._layers = snapshot, materials, layers
         self._movement = Movement(rest, motion)
-        self._shutter = Shutter(motion.shutter)
+        self._shutter, self.exposure = Shutter(motion.shutter), motion.row_exposure
         self.moving = range(self._movement.first, len(snapshot.instances.mesh))
         links = snapshot.linking
         self._linking = None if links is None else links.of(slice(self._movement.first, None))
@@ -113,6 +116,11 @@ class Slices:
     def tree(self, still: Accel | Nested | Sighted, placed: Placed) -> Accel | Nearer | Nested | Sighted:
         """What rays are sent at in the middle: the tree of what stands still, and one of what moves."""
         self._still_tree = still
+        instances = self._snapshot.instances
+        catchers = catchers_of(instances)
+        if catchers.any():
+            catchers[self.moving] = False
+            self._still_catchers = catchers_tree(placed, instances, catchers)
         if not self._movement.geometry:
             return still
         end = self._end(placed)
@@ -134,10 +142,14 @@ class Slices:
         if not len(self._shining):
             del self._make_lights
 
-    def at(self, u: float) -> Scene:
-        """The scene at the moment that a uniform number in [0, 1) chooses; `Scene.time` says which."""
+    def at(self, u: float, down: float = 0.5) -> Scene:
+        """The scene at the moment that a uniform number in [0, 1) chooses; `Scene.time` says which.
+
+        `down` is how far down the image the rows are that see it, from 0 to 1: where they are exposed one after
+        the other for a share d of the time, it is d·shutter⁻¹(u) + (1 − d)·down, as in Cycles.
+        """
         scene = copy.copy(self._scene)
-        scene.time = time = self._shutter.time(u)
+        scene.time = time = self.exposure * self._shutter.time(u) + (1 - self.exposure) * down
         camera = self._movement.camera(time)
         if camera is not None:
             scene.camera = make_camera(camera, scene.geometry.origin)
@@ -161,6 +173,9 @@ class Slices:
             scene.own = still.own.with_last(placed, looking_at_themselves(moved, self._materials))
         if len(self._shining):
             scene.lights = self._lights(scene, placed)
+        if scene.alone is not None:
+            moving = catchers_tree(placed, moved.instances, catchers_of(moved.instances))
+            scene.alone = with_catchers_alone(scene, Nearer(self._still_catchers, moving, self._first))
 
     def _moved(self, time: float) -> Snapshot:
         """The instances that move, their meshes before displacement where they deform."""

@@ -123,9 +123,13 @@ class Motion:
     meshes : tuple of MeshMotion
     cameras : tuple of CameraData
         The camera at K ≥ 2 times; () where it stands still.
+    row_exposure : float
+        What share of that time each row of the image is exposed: the top one from the opening on, the bottom
+        one until the closing (a rolling shutter). 1: all rows all the time.
     """
 
     shutter: Float32
     instances: tuple[InstanceMotion, ...] = ()
     meshes: tuple[MeshMotion, ...] = ()
     cameras: tuple[CameraData, ...] = ()
+    row_exposure: float = 1.0

@@ -283,6 +283,7 @@ def check_motion(motion: data.Motion, snapshot: data.Snapshot) -> None:
     """Steps of what there is, at two times or more."""
     shape(motion.shutter, (None,), "the shutter's curve")
     require(len(motion.shutter) > 1 and len(motion.cameras) != 1, "a motion has a single step")
+    require(0 <= motion.row_exposure <= 1, "rows are exposed for no share of the time")
     for rows in motion.instances:
         shape(rows.instance, (None,), "moving instances")
         within(rows.instance, len(snapshot.instances.mesh), "a moving instance")

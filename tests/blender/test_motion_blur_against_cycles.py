@@ -189,3 +189,22 @@ def test_particles(scene, tmp_path):
     for frame in range(-8, 3):
         scene.frame_set(frame)
     agree(scene, tmp_path)
+
+
+@pytest.mark.parametrize("duration", [0.0, 0.4])
+def test_a_rolling_shutter(scene, tmp_path, duration):
+    """An object and the camera move; a shorter row of the shutter's time than the whole moves each less."""
+    scene.cycles.rolling_shutter_type, scene.cycles.rolling_shutter_duration = "TOP", duration
+    animate(box(), "location", [(-3, 0, 0), (0, 0, 0.5), (3, 1, 1)])
+    animate(scene.camera, "rotation_euler", [(1.2, 0, -0.1), (1.25, 0, 0), (1.3, 0, 0.1)])
+    agree(scene, tmp_path)
+
+
+def test_a_shadow_catcher(scene, tmp_path):
+    """It goes down as a box goes over it, and turns."""
+    floor = bpy.data.objects["Floor"]
+    floor.is_shadow_catcher = True
+    animate(floor, "location", [(0, 0, 0.6), (0, 0, 0), (0, 0, -0.6)])
+    animate(floor, "rotation_euler", [(0, 0.1, 0), (0, 0, 0), (0.1, 0, 0)])
+    animate(box(), "location", [(-2, 0, 0), (0, 0, 0.5), (2, 1, 1)])
+    agree(scene, tmp_path)

@@ -120,7 +120,7 @@ def test_irradiance_two_ways(name):
     d = np.stack([np.sqrt(u) * np.cos(2 * np.pi * v), np.sqrt(u) * np.sin(2 * np.pi * v), np.sqrt(1 - u)])
     found = np.zeros(n)
     d, far = d.astype(np.float32), np.full(n, np.inf, np.float32)
-    for lanes, radiance, _ in scene.intersect(points(n), d, far):
+    for lanes, radiance, *_ in scene.intersect(points(n), d, far):
         found[lanes] += radiance[0]
     found *= np.pi
     standard_error = np.hypot(error, found.std() / np.sqrt(n))

@@ -21,7 +21,6 @@ from ...scene.snapshot import (
     MeshData,
     MeshMotion,
     Motion,
-    Visibility,
 )
 from .camera import export_camera
 from .meshes import read, shading_normals
@@ -139,7 +138,8 @@ class MotionReader:
         path = tuple(cameras[time] for time in sorted(cameras))
         path = path if any(not same(middle, other) for other in path) else ()
         still = not (moved or meshes or path)
-        return None if still else Motion(self.shutter.openness, moved, meshes, path), kept
+        rows = self.shutter.row_exposure
+        return None if still else Motion(self.shutter.openness, moved, meshes, path, rows), kept
 
     def look(self, time: int, finest: int) -> None:
         """Where everything is now, which is one of the times that are looked at."""
@@ -209,18 +209,7 @@ class MotionReader:
             InstanceMotion(place[[row for row, _ in rows]], np.array([path for _, path in rows]))
             for rows in paths.values()
         )
-        self.note_catchers(row for rows in paths.values() for row, _ in rows)
         return kept, motions
-
-    def note_catchers(self, moving) -> None:
-        """Name the shadow catchers among the rows `moving`."""
-        for name in sorted({self.instances.names[row] for row in moving if self.catches(row)}):
-            effect = "what it would be without shadows stands in the middle of the shutter's time"
-            self.unsupported.append((f"Object {name}", "motion blur of a shadow catcher", effect))
-
-    def catches(self, row: int) -> bool:
-        """Whether an instance is a shadow catcher."""
-        return bool(int(self.instances.visibility[row]) & Visibility.CATCHER)
 
     def note_absent(self, row: int) -> None:
         """Say what becomes of an instance that is not there all the time."""

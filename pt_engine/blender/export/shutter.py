@@ -44,6 +44,7 @@ class Shutter:
             position = getattr(getattr(scene, "cycles", None), "motion_blur_position", "CENTER")
         self.middle = sum(self._now) + MIDDLE.get(position, 0.0) * self.length
         self.openness = curve(render) if self.on else None
+        self.row_exposure = row_exposure(scene)
 
     def __enter__(self) -> Shutter:
         try:
@@ -81,6 +82,14 @@ def curve(render):
     points = mapping.curves[0]
     values = [mapping.evaluate(points, x) for x in np.linspace(0.0, 1.0, CURVE_ROWS)]
     return np.array(values[:1] * 2 if len(set(values)) == 1 else values, np.float32)
+
+
+def row_exposure(scene) -> float:
+    """`Motion.row_exposure`: Cycles' Rolling Shutter Duration."""
+    cycles = getattr(scene, "cycles", None)
+    if getattr(cycles, "rolling_shutter_type", "NONE") == "NONE":
+        return 1.0
+    return min(max(float(cycles.rolling_shutter_duration), 0.0), 1.0)
 
 
 def may_move(scene) -> bool:

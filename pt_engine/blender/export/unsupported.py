@@ -10,19 +10,11 @@ from ...scene.snapshot import UNLIMITED
 def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
     """Entries (where, what, effect) about the scene and its objects."""
     return [
-        *rolling_shutter(scene),
         *shadow_caustics(depsgraph),
         *texture_settings(scene),
         *world_bounces(depsgraph, scene),
         *(entry for owner in depsgraph.objects for entry in of_object(owner)),
     ]
-
-
-def rolling_shutter(scene):
-    """Listed where motion blur is on."""
-    kind = getattr(getattr(scene, "cycles", None), "rolling_shutter_type", "NONE")
-    if scene.render.use_motion_blur and kind != "NONE":
-        yield (f"Scene {scene.name}", "rolling shutter", "all rows of the image are exposed at once")
 
 
 def shadow_caustics(depsgraph):
