@@ -96,7 +96,7 @@ def catchers_tree(placed: Placed, instances: Instances, shown: Bool) -> Sighted:
 
 
 def with_catchers_alone(scene: Scene, tree: Sighted | Nearer) -> Scene:
-    """The scene as rays see it that see catchers alone, those of `tree`, lit by what is real and the world."""
+    """The scene as rays see it that see catchers alone (`tree`), lit by what is real and the world."""
     alone = copy.copy(scene)
     alone.accel, alone.seen_apart = through_hulls(tree, scene.geometry), True
     alone.lights, alone.light_groups, alone.alone = _lights(scene.lights), (), None

@@ -49,6 +49,7 @@ from .sighted import standing_out
 from .slices import Slices
 from .snapshot import CameraData, Snapshot, Visibility
 from .terminator import Terminator
+from .terminator_shading import angles_of
 from .world_light import environment
 
 Int32 = NDArray[np.int32]
@@ -129,6 +130,7 @@ def prepare(
     textures.release()
     scene.textures = textures
     scene.emissive_prim, scene.own, scene.terminator = prim, own, terminator
+    scene.light_angles = angles_of(snapshot)
     scene.unsampled_surfaces = bool(scene.surface_emits[geometry.surface].sum() > len(prim))
     scene.material_names = tuple(graph.name for graph in snapshot.materials)
     scene.camera, scene.view = make_camera(snapshot.camera, geometry.origin), view

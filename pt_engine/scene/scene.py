@@ -82,6 +82,7 @@ class Scene:
     slices: Slices | None = None  # where something moves while the shutter is open
     time: float | None = None  # of a slice: between the shutter's opening (0) and closing (1)
     own: OwnObjects | None = None  # where some material traces rays within its own object
+    light_angles: Float32 | None = None  # of each instance, where light on some fades (`terminator_shading`)
     terminator: Terminator | None = None  # where shadow rays of smooth meshes start above their triangles
     material_names: tuple[str, ...]
     light_groups: tuple[str, ...] = ()  # whose light is kept apart
@@ -295,7 +296,8 @@ class Scene:
         closures = self.materials.batches[number].closures(lanes)
         if self.held is not None:
             closures = only_transparent(closures, held(self.held, path.clear, lanes.si.instance))
-        return SliceBSDF(closures, lanes, self.clear_glass)
+        angles = None if self.light_angles is None else self.light_angles.take(lanes.si.instance)
+        return SliceBSDF(closures, lanes, self.clear_glass, angles)
 
     # ------------------------------------------------------------------ next-event estimation
 

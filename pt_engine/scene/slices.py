@@ -145,8 +145,8 @@ class Slices:
     def at(self, u: float, down: float = 0.5) -> Scene:
         """The scene at the moment that a uniform number in [0, 1) chooses; `Scene.time` says which.
 
-        `down` is how far down the image the rows are that see it, from 0 to 1: where they are exposed one after
-        the other for a share d of the time, it is d·shutter⁻¹(u) + (1 − d)·down, as in Cycles.
+        `down` is how far down the image the rows are that see it, from 0 to 1: where they are exposed one
+        after the other for a share d of the time, it is d·shutter⁻¹(u) + (1 − d)·down, as in Cycles.
         """
         scene = copy.copy(self._scene)
         scene.time = time = self.exposure * self._shutter.time(u) + (1 - self.exposure) * down

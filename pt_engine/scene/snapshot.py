@@ -233,6 +233,8 @@ class Instances:
     terminator : (I,) float32 or None
         Cosine up to which shadow rays of smooth meshes start above their triangles (`terminator`); 0, or None
         for all, where they never do.
+    shading_offset : (I,) float32 or None
+        How much sooner light on it fades toward grazing angles (`terminator_shading`), from 0 to 1.
     light_group : (I,) int32 or None
         Number of its light group, from 1 on; 0, or None for all, in none.
     """
@@ -247,6 +249,7 @@ class Instances:
     names: tuple[str, ...]
     attributes: dict[str, Float32] = field(default_factory=dict)
     terminator: Float32 | None = None
+    shading_offset: Float32 | None = None
     light_group: Int32 | None = None
 
 

@@ -257,8 +257,9 @@ def check_instances(snapshot: data.Snapshot) -> None:
     require(len(rows.names) == count, "instances.names has another length")
     for name, values in rows.attributes.items():
         shape(values, (count, 4), f"instances.attributes {name}")
-    if rows.terminator is not None:
-        shape(rows.terminator, (count,), "instances.terminator")
+    for name in ("terminator", "shading_offset"):
+        if getattr(rows, name) is not None:
+            shape(getattr(rows, name), (count,), f"instances.{name}")
     groups = len(snapshot.light_groups) + 1
     if rows.light_group is not None:
         shape(rows.light_group, (count,), "instances.light_group")

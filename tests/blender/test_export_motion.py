@@ -5,7 +5,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 from support.bpy_motion import animate  # noqa: E402
-from support.bpy_scenes import add, cube, export, mesh, shutter_scene  # noqa: E402
+from support.bpy_scenes import add, cube, export, shutter_scene  # noqa: E402
 
 from pt_engine.blender.export import ExportError  # noqa: E402
 from pt_engine.scene.movement import Movement, moving_last  # noqa: E402

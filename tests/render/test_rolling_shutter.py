@@ -1,4 +1,4 @@
-"""Rows that are exposed one after the other: a moving edge is slanted, each row's blur as short as its time."""
+"""Rows exposed one after the other: a moving edge is slanted, each row's blur as short as its time."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def catching():
 
 @pytest.mark.parametrize("clear", [False, True])
 def test_each_row_is_that_of_the_still_scene_at_its_time(clear):
-    """With no exposure at all a row sees one moment; a moving catcher's picture is that of the moment, too."""
+    """With no exposure at all a row sees one moment; so does what it takes from catchers alone."""
     snapshot, rows = catching(), 4
     settings = {"samples": 8, "max_depth": 4, "film_transparent": clear}
     found = make.rendered(rolling(snapshot, 0.0), (12, rows), **settings).image()

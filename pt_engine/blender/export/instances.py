@@ -47,6 +47,7 @@ class Look(NamedTuple):
     name: str
     sets: tuple[int, int, int]
     terminator: float
+    shading_offset: float
     light_group: int
 
 
@@ -157,6 +158,7 @@ class Collector:
             owner.name,
             self.links.sets(owner, instance.parent),
             owner.shadow_terminator_geometry_offset,
+            0.0 if hair or owner.type == "CURVES" else owner.shadow_terminator_shading_offset,
             self.groups.number(instance),
         )
 
@@ -238,6 +240,7 @@ class Collector:
             names=names,
             attributes=attributes,
             terminator=np.array([look.terminator for look in looks], np.float32),
+            shading_offset=np.array([look.shading_offset for look in looks], np.float32),
             light_group=np.array([look.light_group for look in looks], np.int32),
         )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 
 from ...scene.snapshot import UNLIMITED
+from .curves import hair_systems
 
 
 def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
@@ -51,7 +52,9 @@ def texture_settings(scene):
 
 
 def of_object(owner):
-    """Cosines bent at the shadow terminator."""
-    if owner.type == "MESH" and getattr(owner, "shadow_terminator_shading_offset", 0.0) > 0.0:
+    """Strands whose light is to fade before the shadow terminator."""
+    if owner.type != "CURVES" and not hair_systems(owner, viewport=False):
+        return
+    if owner.shadow_terminator_shading_offset > 0.0:
         where = f"Object {owner.name}"
-        yield (where, "shadow terminator shading offset", "light fades with its own cosine")
+        yield (where, "shadow terminator shading offset", "light on its strands fades with its own cosine")
