@@ -34,7 +34,7 @@ from .catcher import catchers_of, catchers_tree, with_catchers_alone
 from .displace import displaced
 from .features import ON, features
 from .geometry import BOUND, INSTANCE, Geometry
-from .hulls import hulls, rounds_last
+from .hulls import Hulls
 from .lamp_shader import LampShader
 from .memory import fitted, need, snapshot_bytes
 from .movement import moving_last
@@ -80,13 +80,12 @@ def prepare(
     textures = TextureStore(snapshot.images, snapshot.ocio_config, texture_memory)
     materials = compile_materials(snapshot.materials, textures=textures)
     world = compile_world(snapshot.world, textures=textures)
-    rest = moving_last(rounds_last(snapshot))
+    rest = moving_last(snapshot)
     snapshot = displaced(rest, materials, shading_layers)
-    if snapshot.curves or snapshot.points:
-        wrapped, samples = hulls(snapshot)
-        rest, snapshot = (replace(s, meshes=s.meshes + wrapped) for s in (rest, snapshot))
+    hulls = Hulls(snapshot)
+    rest, snapshot = (replace(s, meshes=s.meshes + hulls.meshes) for s in (rest, snapshot))
     motion = snapshot.motion
-    slices = Slices(motion, snapshot, rest, materials, shading_layers) if motion is not None else None
+    slices = Slices(motion, snapshot, rest, materials, shading_layers, hulls) if motion is not None else None
     view = view_of(snapshot.camera)
     selves = looking_at_themselves(snapshot, materials)
     in_slices = 0 if slices is None else slices.bytes
@@ -98,8 +97,7 @@ def prepare(
     sharing = fitted(snapshot, may_share(snapshot, materials, apart), needs, room)
     placed, accel, geometry = build(snapshot, sharing, slices)
     own = OwnObjects(placed, selves) if selves else None
-    if snapshot.curves or snapshot.points:
-        geometry.rounds = rounds_of(snapshot, geometry, samples)
+    geometry.rounds = rounds_of(snapshot, geometry, hulls)
     prim, triangles = emissive_triangles(geometry, materials, snapshot)
     reached = reach_of(snapshot)
     lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
@@ -121,7 +119,7 @@ def prepare(
     geometry.release()
     layers = shading_layers(snapshot, geometry, needs)
     if geometry.rounds is not None and "strand" in materials.needs:
-        layers["strand", ""] = strand_layer(snapshot, geometry, samples)
+        layers["strand", ""] = strand_layer(snapshot, geometry, hulls.samples)
     if "rest" in materials.needs:
         layers |= rest_layers(rest, geometry)
     queries = through_hulls(accel, geometry)

@@ -20,6 +20,7 @@ from .snapshot_camera import CameraData as CameraData
 from .snapshot_camera import InstanceMotion as InstanceMotion
 from .snapshot_camera import MeshMotion as MeshMotion
 from .snapshot_camera import Motion as Motion
+from .snapshot_camera import RoundMotion as RoundMotion
 from .snapshot_camera import Stereo as Stereo
 
 Float32: TypeAlias = NDArray[np.float32]

@@ -39,6 +39,7 @@ CLASSES: dict[str, type] = {
         data.Motion,
         data.InstanceMotion,
         data.MeshMotion,
+        data.RoundMotion,
     )
 }
 
@@ -290,6 +291,15 @@ def check_motion(motion: data.Motion, snapshot: data.Snapshot) -> None:
         within(rows.instance, len(snapshot.instances.mesh), "a moving instance")
         shape(rows.matrix, (len(rows.instance), None, 4, 4), "matrices of moving instances")
         require(rows.matrix.shape[1] > 1, "a motion has a single step")
+    counts = [len(curves.points) for curves in snapshot.curves]
+    counts += [len(points.points) for points in snapshot.points]
+    for bent in motion.rounds:
+        number = bent.geometry - len(snapshot.meshes)
+        require(0 <= number < len(counts), "deforming curves or points are missing")
+        size = len(bent.points), counts[number]
+        require(size[0] > 1, "a motion has a single step")
+        shape(bent.points, (*size, 3), "deforming curves or points")
+        shape(bent.radius, size, "radii of deforming curves or points")
     for moved in motion.meshes:
         require(0 <= moved.mesh < len(snapshot.meshes), "a deforming mesh is missing")
         still, steps = snapshot.meshes[moved.mesh], len(moved.vertices)
