@@ -58,7 +58,8 @@ def export_moment(depsgraph, camera, size, shutter: Shutter, frame: int) -> Snap
     linking = collector.linking
     motion, framed = None, export_camera(camera, scene.render, size=size, unsupported=unsupported)
     if shutter.on:
-        reader = MotionReader(depsgraph, shutter, collector.rows, instances, collector.meshes)
+        rounds = (*collector.curves, *collector.points)
+        reader = MotionReader(depsgraph, shutter, collector.rows, instances, collector.meshes, rounds)
         motion, kept = reader.read(camera, framed, scene.render, size)
         instances = some_instances(instances, kept)
         linking = None if linking is None else linking.of(kept)
