@@ -47,6 +47,11 @@ def of_groups(layer) -> dict[str, str]:
     return {f"Combined_{group.name}": group.name for group in layer.lightgroups}
 
 
+def films(layer) -> int:
+    """How many pictures are kept of a view layer: one, and one for each light group."""
+    return 1 + len(layer.lightgroups)
+
+
 def beside_combined(layer) -> Iterator[tuple[str, int, str, str]]:
     """Name, channels, letters and kind of each pass of a view layer but the first."""
     for p in enabled(layer):
