@@ -11,11 +11,20 @@ from .curves import hair_systems
 def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
     """Entries (where, what, effect) about the scene and its objects."""
     return [
+        *caustics_off(scene),
         *shadow_caustics(depsgraph),
         *texture_settings(scene),
         *world_bounces(depsgraph, scene),
         *(entry for owner in depsgraph.objects for entry in of_object(owner)),
     ]
+
+
+def caustics_off(scene):
+    """Cycles' switches that leave light out; here all of it counts."""
+    cycles = getattr(scene, "cycles", None)
+    off = [kind for kind in ("reflective", "refractive") if not getattr(cycles, f"caustics_{kind}", True)]
+    if off:
+        yield (f"Scene {scene.name}", f"no {' and '.join(off)} caustics", "they are rendered all the same")
 
 
 def shadow_caustics(depsgraph):
