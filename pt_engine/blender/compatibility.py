@@ -10,7 +10,7 @@ ENGINE = "PT_ENGINE"
 # shown better by another panel:
 NOT_FOR_US = ("freestyle", "preview", "simplify", "VIEWLAYER_PT_filter", "NODE_DATA_PT_light")
 DOUBLE = ("DATA_PT_light",)
-# and these are useful here though they are marked for EEVEE alone:
+# and these are useful here though they are marked for EEVEE, or EEVEE and Cycles, alone:
 OF_EEVEE = (
     "DATA_PT_camera_dof",
     "DATA_PT_camera_dof_aperture",
@@ -18,6 +18,8 @@ OF_EEVEE = (
     "EEVEE_MATERIAL_PT_context_material",
     "EEVEE_MATERIAL_PT_surface",
     "EEVEE_WORLD_PT_surface",
+    "OBJECT_PT_shadow_terminator",
+    *(("VIEWLAYER_PT_override",) if bpy.app.version >= (5, 0) else ()),
 )
 
 

@@ -10,6 +10,8 @@ from . import (
     accuracy_panel,
     compatibility,
     coverage_panel,
+    light_group_panels,
+    motion_panels,
     object_panels,
     operators,
     panels,
@@ -22,7 +24,7 @@ from .engine import PTEngine
 
 PARTS = (
     *(properties, operators, panels, accuracy_panel, coverage_panel, object_panels, panorama_panel),
-    *(compatibility, preferences),
+    *(light_group_panels, motion_panels, compatibility, preferences),
 )
 
 
