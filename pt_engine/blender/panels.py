@@ -43,7 +43,13 @@ PROPERTY_PANELS = (
         "motion_blur",
         "Motion Blur",
         True,
-        ((RENDER, "use_motion_blur"), (RENDER, "motion_blur_position"), (RENDER, "motion_blur_shutter")),
+        (
+            (RENDER, "use_motion_blur"),
+            (RENDER, "motion_blur_position"),
+            (RENDER, "motion_blur_shutter"),
+            (CYCLES, "rolling_shutter_type"),
+            (CYCLES, "rolling_shutter_duration"),
+        ),
     ),
     (
         "subdivision",
@@ -129,10 +135,12 @@ def is_active(scene, prop: str) -> bool:
         return scene.pt_engine.target_error > 0 and scene.pt_engine.target_of == "PIXELS"
     if prop == "min_samples":
         return scene.pt_engine.target_error > 0 or scene.pt_engine.adaptive
+    if prop == "rolling_shutter_duration" and scene.cycles.rolling_shutter_type == "NONE":
+        return False
+    if prop.startswith(("motion_blur", "rolling_shutter")):
+        return scene.render.use_motion_blur
     if prop.startswith("simplify"):
         return scene.render.use_simplify
-    if prop.startswith("motion_blur"):
-        return scene.render.use_motion_blur
     if prop == "subdivisions":
         return scene.cycles_curves.shape == "RIBBONS"
     if prop == "threads":

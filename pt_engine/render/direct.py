@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from ..core import vectors
 from ..core.clock import stage
-from ..core.rows import scatter_add
 from ..core.uniforms import Uniforms
 from ..scene.scene import Scene
 from ..scene.shading import ShadedBSDF
@@ -71,7 +70,7 @@ class Direct(Integrator):
 
     def arrive(self, path: PathState, hit: Found) -> None:
         """Add the emission that the camera's or the BSDF's direction has run into to `path.L`."""
-        scatter_add(path.L, hit.lanes, path.beta.take(hit.lanes, axis=1) * hit.radiance)
+        path.gather(hit._replace(pdf=np.zeros_like(hit.pdf)))  # no other strategy could have found it
 
     def light(self, scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, u: Uniforms) -> None:
         """Add the estimate from a sampled emitter to `path.L`; none here."""

@@ -208,7 +208,10 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         """L += β · mis · Le on the lanes that found an emitter."""
         lanes = found.lanes
         weight = mis(self.pdf.take(lanes), found.pdf)
-        scatter_add(self.L, lanes, self.beta.take(lanes, axis=1) * found.radiance * weight)
+        light = self.beta.take(lanes, axis=1) * found.radiance * weight
+        scatter_add(self.L, lanes, light)
+        if found.by_group is not None:
+            found.by_group.add(found.group, self.slot.take(lanes), light)
 
     def scatter(self, si: Surface, to: Scattered) -> Rays:
         """Go on toward the sampled directions; returns the next rays."""

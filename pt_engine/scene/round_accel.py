@@ -42,7 +42,7 @@ class RoundAccel:
     """The same queries as those of a tree, of triangles and of what is round.
 
     On hits of curves u is the way along the piece and v the place across a ribbon; `prim` is a triangle of
-    the hull. A hull stands still and has no record that others share.
+    the hull. A hull has no record that others share.
     """
 
     empty = False

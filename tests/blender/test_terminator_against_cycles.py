@@ -71,9 +71,27 @@ def test_the_comparison_sees_the_steps(tmp_path):
     assert agreement.error > 0.1, str(agreement)
 
 
+SHADES = {
+    "diffuse": {"lamp": "POINT"},
+    "through": {"shader": "BsdfTranslucent"},
+    "gloss": {"shader": "BsdfPrincipled", "lamp": "AREA"},
+    "mirror": {"shader": "BsdfGlossy", "lamp": "AREA"},
+}
+
+
+@pytest.mark.parametrize("name", SHADES)
+def test_light_fades_as_in_cycles(name, tmp_path):
+    """The shading offset, of whatever closure."""
+    build(**SHADES[name]).shadow_terminator_shading_offset = 0.6
+    if name == "mirror":
+        bpy.data.materials["BsdfGlossy"].node_tree.nodes["Glossy BSDF"].inputs["Roughness"].default_value = 0
+    assert_same(tmp_path)
+
+
 def test_each_object_has_its_own():
     owner = build(offset=0.25)
+    owner.shadow_terminator_shading_offset = 0.5
     add(owner.data, "Other").shadow_terminator_geometry_offset = 0.0
     instances = export().instances
-    found = dict(zip(instances.names, instances.terminator.tolist(), strict=True))
-    assert found == {"Shape": 0.25, "Other": 0.0}
+    rows = zip(instances.names, instances.terminator.tolist(), instances.shading_offset.tolist(), strict=True)
+    assert set(rows) == {("Shape", 0.25, 0.5), ("Other", 0.0, 0.0)}

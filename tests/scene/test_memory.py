@@ -87,6 +87,8 @@ def test_an_image_that_does_not_fit_is_refused_and_a_window_of_it_is_not():
         image_memory.check_film(large, 8 << 30)
     image_memory.check_film(replace(large, border=(8000, 8000, 8010, 8010)), 100 << 20)
     image_memory.check_film(large, None)
+    one, three = (image_memory.least(large, films) for films in (1, 3))  # with two light groups
+    assert three - one == 2 * image_memory.FILM * large.width * large.height
 
 
 def test_a_wavefront_is_made_smaller_before_anything_is_refused():
