@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 Float64 = NDArray[np.float64]
 
 NEARLY_EQUAL = 0.9995  # cosine of quaternions from which on the chord will do for the arc
+FLAT = 1e-12  # of its column: what is left beside the axes before is rounding
 
 
 def step(time: float, steps: int) -> tuple[int, float]:
@@ -77,21 +78,37 @@ def blend(a: Float64, b: Float64, part: float) -> Float64:
 
 
 def orthogonal(linear: Float64) -> tuple[Float64, Float64]:
-    """Right-handed axes (columns) and the upper triangular rest of (..., 3, 3) matrices (Gram-Schmidt)."""
-    x, rest_x = unit(linear[..., 0])
-    xy = dot(x, linear[..., 1])
-    y, rest_y = unit(linear[..., 1] - xy[..., None] * x)
-    xz, yz = dot(x, linear[..., 2]), dot(y, linear[..., 2])
-    z, rest_z = unit(linear[..., 2] - xz[..., None] * x - yz[..., None] * y)
-    axes = np.stack([x, y, z], axis=-1)
-    scale = np.zeros(linear.shape)
-    scale[..., 0, 0], scale[..., 1, 1], scale[..., 2, 2] = rest_x, rest_y, rest_z
-    scale[..., 0, 1], scale[..., 0, 2], scale[..., 1, 2] = xy, xz, yz
+    """Right-handed axes (columns) and the upper triangular rest of (..., 3, 3) matrices (Gram-Schmidt).
+
+    Twice over, since what rounding leaves of the axes before would be all that is left of a column that lies
+    between them; one that does is of no length, and any axis will do for it.
+    """
+    axes, scale = np.zeros(linear.shape), np.zeros(linear.shape)
+    for k in range(3):
+        column = linear[..., k]
+        rest = column
+        for j in (*range(k), *range(k)):
+            part = dot(axes[..., j], rest)
+            scale[..., j, k] += part
+            rest = rest - part[..., None] * axes[..., j]
+        axis, length = unit(rest)
+        kept = ~(length <= FLAT * np.sqrt(dot(column, column)))
+        axes[..., k], scale[..., k, k] = axis * kept[..., None], length * kept
+    known = axes.any(axis=-2)
+    for k in range(3):
+        alone = known[..., k] & ~known[..., k - 1] & ~known[..., k - 2]
+        axes[alone, :, k - 2] = perpendicular(axes[alone, :, k])
     for k in range(3):
         lost = (axes[..., k] == 0).all(axis=-1)
         axes[lost, :, k] = np.cross(axes[lost, :, k - 2], axes[lost, :, k - 1])
     mirrored = np.where(np.linalg.det(axes) < 0, -1.0, 1.0)[..., None, None]
     return axes * mirrored, scale * mirrored
+
+
+def perpendicular(v: Float64) -> Float64:
+    """(n, 3) unit vectors across others, (n, 3)."""
+    least = np.eye(3)[np.argmin(np.abs(v), axis=-1)]
+    return unit(np.cross(v, least))[0]
 
 
 def unit(v: Float64) -> tuple[Float64, Float64]:
