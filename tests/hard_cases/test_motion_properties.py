@@ -59,3 +59,18 @@ def test_what_is_not_finite_at_one_step_stays_apart():
     for bad in (np.nan, np.inf, 1e300):
         both = np.concatenate([good, np.full_like(good, bad)])
         np.testing.assert_array_equal(MatrixPath.of(both).at(0.3)[0], MatrixPath.of(good).at(0.3)[0])
+
+
+@EXAMPLES
+@given(st.lists(st.sampled_from([0.0, 1e-9, 0.5, 2.0]), min_size=3, max_size=3), st.booleans())
+def test_what_shrinks_without_turning_does_not_turn(size, mirrored):
+    """From a turned (and mirrored) body to one with axes of length 0: R diag(s(t)) at all times."""
+    turn = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    begin = np.array([-1.0 if mirrored else 1.0, 1, 1])
+    end = np.array(size) * begin
+    steps = np.tile(np.eye(4), (1, 2, 1, 1))
+    steps[0, :, :3, :3] = turn @ np.diag(begin), turn @ np.diag(end)
+    for time in (0.0, 0.25, 0.5, 1.0):
+        expected = turn @ np.diag((1 - time) * begin + time * end)
+        np.testing.assert_allclose(MatrixPath.of(steps).at(time)[0, :3, :3], expected, atol=1e-12)
