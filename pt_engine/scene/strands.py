@@ -83,11 +83,11 @@ def sampled(curves: CurvesData) -> Samples:
     at = np.repeat(here, pieces)
     step = np.arange(len(at)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
     u = step / pieces[at]
-    points = spline(a[at], b[at], c[at], d[at], u[:, None]).astype(np.float32)
+    points = in_float32(spline(a[at], b[at], c[at], d[at], u[:, None]))
     points[:, 3] = np.maximum(points[:, 3], 0)
     last = here[at] == ends[at]
     back = np.where(last, np.maximum(at - 1, curves.first[of_curve[at]]), at)  # a curve's end ends a segment
-    tangent = slope(a[back], b[back], c[back], d[back], np.where(last, 1.0, u)[:, None])
+    tangent = in_float32(slope(a[back], b[back], c[back], d[back], np.where(last, 1.0, u)[:, None]))
     new = distinct(points[:, :3], of_curve[at])
     points, at, u, tangent = points[new], at[new], u[new], tangent[new]
     with np.errstate(invalid="ignore", over="ignore"):
@@ -100,10 +100,16 @@ def sampled(curves: CurvesData) -> Samples:
         of_curve[at].astype(np.int32),
         at.astype(np.int32),
         u.astype(np.float32),
-        np.ascontiguousarray(tangent[:, :3]).astype(np.float32),
+        np.ascontiguousarray(tangent[:, :3]),
         (1 / pieces[at]).astype(np.float32),
         np.flatnonzero(together).astype(np.int32),
     )
+
+
+def in_float32(values: Float64) -> Float32:
+    """Infinite beyond its range; points there are left out."""
+    with np.errstate(over="ignore"):
+        return values.astype(np.float32)
 
 
 def spline(a: Float64, b: Float64, c: Float64, d: Float64, u: Float64) -> Float64:
