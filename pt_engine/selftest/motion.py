@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -101,7 +101,7 @@ def collapses() -> float:
 
 @MOTION.case(
     "objects that turn over",
-    "half a turn is as far one way as the other; blended element by element the object passes through nothing",
+    "half a turn is as far either way, and element by element it leads through nothing",
     "smallest determinant on the way of a body that turns by 180°, mirrored and not, over the first",
     1.0,
     1e-12,
@@ -112,7 +112,7 @@ def turns() -> float:
     return turned_over(lambda a, b, t: MatrixPath.of(np.stack([a, b])[None]).at(t)[0])
 
 
-def turned_over(between: object) -> float:
+def turned_over(between: Callable[[Float64, Float64, float], Float64]) -> float:
     """Over 33 times, about each axis."""
     smallest = np.inf
     for axis in range(3):
@@ -120,7 +120,7 @@ def turned_over(between: object) -> float:
             a = np.diag([mirror, 1.0, 1.0, 1.0])
             half = -np.eye(4)
             half[axis, axis] = half[3, 3] = 1
-            ways = [between(a, half @ a, t) for t in np.linspace(0, 1, 33)]  # type: ignore[operator]
+            ways = [between(a, half @ a, t) for t in np.linspace(0, 1, 33)]
             smallest = min(smallest, *(mirror * float(np.linalg.det(way[:3, :3])) for way in ways))
     return smallest
 
@@ -163,9 +163,7 @@ def broken_shapes() -> float:
 
 def seen(snapshot: Snapshot) -> float:
     """Mean radiance; NaN if a sample was dropped."""
-    result = make.rendered(
-        snapshot, 8, samples=64, sampler="sobol", integrator="path_active", max_depth=2
-    )
+    result = make.rendered(snapshot, 8, samples=64, sampler="sobol", integrator="path_active", max_depth=2)
     return NONE if result.progress.nonfinite_count else float(result.image()[..., :3].mean())
 
 
@@ -179,12 +177,17 @@ def seen(snapshot: Snapshot) -> float:
     naive=lambda: times_error(lambda a, growth, area: (np.sqrt(a * a + 2 * area * growth) - a) / growth),
 )
 def nearly_even() -> float:
-    return times_error(lambda a, growth, area: Shutter(np.array([a, a + growth])).time(area / (a + growth / 2)))
+    return times_error(drawn)
 
 
-def times_error(root: object) -> float:
+def drawn(openness: float, growth: float, area: float) -> float:
+    """The time at which a shutter has let so much through."""
+    return Shutter(np.array([openness, openness + growth])).time(area / (openness + growth / 2))
+
+
+def times_error(root: Callable[[float, float, float], float]) -> float:
     """Against t = u (1 + g/2 (1 − u)), which holds to g²."""
     growth, u = 3e-13, np.linspace(0, 1, 64)[:-1]
     exact = u * (1 + growth / 2 * (1 - u))
-    times = [root(1.0, growth, x * (1 + growth / 2)) for x in u]  # type: ignore[operator]
+    times = [root(1.0, growth, x * (1 + growth / 2)) for x in u]
     return float(np.abs(np.array(times) - exact).max())

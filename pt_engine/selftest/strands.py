@@ -127,7 +127,9 @@ def doubled() -> float:
     line = np.array([(-1, 0, 0), (-0.3, 0, 0), (0.2, 0, 0), (1, 0, 0)])
     values = []
     for shape in SHAPES:
-        plain, twice = (alone(strand(line[rows], 0.2, shape)) for rows in ([0, 1, 2, 3], [0, 0, 1, 1, 2, 3, 3, 3]))
+        plain, twice = (
+            alone(strand(line[rows], 0.2, shape)) for rows in ([0, 1, 2, 3], [0, 0, 1, 1, 2, 3, 3, 3])
+        )
         values.append(twice / plain)
     return worst(values, 1.0)
 

@@ -74,7 +74,9 @@ def test_skies_are_sampled_as_they_are_met(data, rows):
     assert s.pdf.min() > 0
     pdf, expected = scene.environment_pdf(s.wo), radiance(s.wo)[0].astype(float)
     assert np.median(np.abs(pdf / s.pdf - 1)) < 1e-4
-    assert np.median(np.abs(s.weight[0].astype(float) * s.pdf - expected) / np.maximum(expected, 1e-30)) < 1e-4
+    assert (
+        np.median(np.abs(s.weight[0].astype(float) * s.pdf - expected) / np.maximum(expected, 1e-30)) < 1e-4
+    )
     d = texel_directions(64 * rows, 128 * rows)
     solid = np.repeat(np.diff(-np.cos(np.pi * np.arange(64 * rows + 1) / (64 * rows))), 128 * rows)
     whole = (scene.environment_pdf(d) * solid).sum() * 2 * np.pi / (128 * rows)

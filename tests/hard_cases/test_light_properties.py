@@ -15,6 +15,7 @@ from pt_engine.core import warps
 from pt_engine.core.distributions import AliasTable, Distribution2D
 from pt_engine.scene.snapshot import CameraData, Stereo
 
+
 @settings(EXAMPLES, max_examples=120)
 @given(lamp=lamps(), place=PLACE)
 def test_lamps_are_sampled_as_they_are_met(lamp, place):
@@ -131,7 +132,9 @@ def test_polygons_are_undone_and_have_a_density(u, v, corners, turn):
     point = warps.square_to_polygon(u, v, corners, turn)
     area = corners / 2 * np.sin(2 * np.pi / corners)
     np.testing.assert_allclose(warps.polygon_pdf(point, corners, turn) * area, 1, rtol=1e-5)
-    np.testing.assert_allclose(np.concatenate(warps.polygon_to_square(point, corners, turn)), [u[0], v[0]], atol=1e-3)
+    np.testing.assert_allclose(
+        np.concatenate(warps.polygon_to_square(point, corners, turn)), [u[0], v[0]], atol=1e-3
+    )
 
 
 @EXAMPLES
