@@ -134,7 +134,7 @@ def across(v: Float64, near: Float64) -> Float64:
     """(n, 3) unit vectors orthogonal to v, as near as can be to others."""
     found, length = unit(near - dot(v, near)[:, None] * v)
     least = np.eye(3)[np.argmin(np.abs(v), axis=-1)]
-    return np.where((length > ALONG)[:, None], found, unit(np.cross(v, least))[0])
+    return np.asarray(np.where((length > ALONG)[:, None], found, unit(np.cross(v, least))[0]))
 
 
 def unit(v: Float64) -> tuple[Float64, Float64]:

@@ -103,7 +103,9 @@ def broken() -> float:
         line = np.array([(-9, 9, -1), (0, 9, -1), (9, 9, -1)], float)
         corner, radii = line.copy(), np.full(3, 0.1)
         corner[1], radii[1] = bad, bad
-        hair = [strand(*one, shape) for shape in SHAPES for one in ((corner, 0.1), (line, radii))]
+        hair = [
+            strand(p, r, shape) for shape in SHAPES for p, r in ((corner, np.full(3, 0.1)), (line, radii))
+        ]
         points = [balls(corner, 0.1), balls(line, radii)]
         values.append(below(hair, points))
     return worst(values, FURNACE)
@@ -127,10 +129,8 @@ def doubled() -> float:
     line = np.array([(-1, 0, 0), (-0.3, 0, 0), (0.2, 0, 0), (1, 0, 0)])
     values = []
     for shape in SHAPES:
-        plain, twice = (
-            alone(strand(line[rows], 0.2, shape)) for rows in ([0, 1, 2, 3], [0, 0, 1, 1, 2, 3, 3, 3])
-        )
-        values.append(twice / plain)
+        twice = alone(strand(line[[0, 0, 1, 1, 2, 3, 3, 3]], 0.2, shape))
+        values.append(twice / alone(strand(line, 0.2, shape)))
     return worst(values, 1.0)
 
 
