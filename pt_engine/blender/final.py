@@ -44,6 +44,8 @@ def final_render(engine, depsgraph) -> None:
     snapshot = export_scene(depsgraph, frame_set=engine.frame_set)
     exported = time.perf_counter() - started
     for view, seen in views(engine, depsgraph, snapshot, size):
+        if not Session.observer.wants(view):
+            continue
         started = time.perf_counter() - exported  # the one export is part of each view's time
         engine.update_stats("", "Preparing the scene")
         prepared = prepared_to_fit(seen, settings, scene.pt_engine)
@@ -90,7 +92,7 @@ def render_view(engine, depsgraph, prepared, settings, view: str) -> dict[str, A
 
     stats = statistics(prepared, settings, result, ledger)
     frame = depsgraph.scene_eval.frame_current
-    add_commands(stats["nonfinite"]["samples"], settings, bpy.data.filepath, frame, layer)
+    add_commands(stats["nonfinite"]["samples"], settings, bpy.data.filepath, frame, layer, view)
     stats["versions"]["blender"] = bpy.app.version_string
     stats["view_layer"] = layer
     Session.observer.on_film(result.film)

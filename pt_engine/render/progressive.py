@@ -284,7 +284,8 @@ def deposit(progress: Progress, result: UnitResult) -> None:
     unit = result.unit
     bad = progress.film.add(unit.pixels, unit.first, unit.spp, result.radiance, result.alpha)
     if progress.caught is not None and result.caught is not None:
-        progress.caught.add(unit.pixels, unit.first, unit.spp, result.caught)
+        more = progress.caught.add(unit.pixels, unit.first, unit.spp, result.caught)
+        bad = np.union1d(bad, more)
     for slot in bad[: max(0, REPORTED_NONFINITE - len(progress.nonfinite))]:
         sample, index = divmod(int(slot), len(unit.pixels))
         x0, y0, x1, _ = progress.settings.window

@@ -17,7 +17,7 @@ SCENES = (
         "render/worker.py",
         "if self._integrator.combines:",
         "if True:",
-        "tests/render/test_agreement.py",
+        "tests/render/test_sun_in_the_sky.py",
     ),
     Mutation(
         "a choice by place that forgets the emitter's share of its group",
