@@ -43,19 +43,19 @@ angles and near lamps. A constant that is rounded once, such as a sun's radiance
 6·10⁻⁸. Three things make errors grow. At 10⁴ of its size from the zero, a scene's hit points are quantised
 to 10⁻³ of that size. A strand of hair is a hundredth as wide as the scene and turns its normal as much
 faster. Between mirror balls each reflection multiplies the error by the distance over half the radius. What
-then meets an edge of a decision may fall to the other side; the sample is another one, just as probable, so
-images differ by noise and not by bias (its σ is below 2 wherever samples went another way). Of up to {asked}
-such samples of each scene, walked again vertex by vertex in both precisions, this is the first thing that
-differs:
+then meets an edge of a decision may fall to the other side; the sample is another one, just as probable,
+so images differ by noise and not by bias (its σ is below 2 wherever samples went another way). Of up to
+{asked} such samples of each scene, walked again vertex by vertex in both precisions, this is the first thing
+that differs:
 
 {reasons}
 
 *Another facet*: the neighbouring triangle of the same object, of which the ray meets the common edge; or a
-place on the same strand whose normal differs by more than 0.001. *An outline*: the ray passes an object's edge
-on the other side. *A shadow's edge*: that of a shadow ray. *Another lobe*, *where the path ends*: a uniform
-number between the two chances of a lobe, or of survival. *Amplified*: every decision fell alike, and rounding
-grew past {another_way:g} on the way: at grazing angles, at nearly ideal reflections of a lamp, in densities of
-small light, and at the teeth of a saw that bends normals, where the differences of its heights cancel.
+place on the same strand whose normal differs by more than 0.001. *An outline*: the ray passes an object's
+edge on the other side. *A shadow's edge*: that of a shadow ray. *Another lobe*, *where the path ends*: a
+uniform number between the two chances of a lobe, or of survival. *Amplified*: every decision fell alike,
+and rounding grew past {another_way:g} on the way: at grazing angles, at nearly ideal reflections of a
+lamp, in densities of small light, and at bumps, whose slopes are differences of nearly equal heights.
 """
 
 

@@ -185,6 +185,6 @@ SCENES = (
         "render/catcher_film.py",
         "shaded[..., :3] / b, 1)",
         "b / shaded[..., :3], 1)",
-        "tests/render tests/scene/test_rounds_among_others.py",
+        "tests/render/test_catcher_film.py",
     ),
 )
