@@ -47,6 +47,8 @@ def final_render(engine, depsgraph) -> None:
     exported = time.perf_counter() - started
     prepared = None
     for view, seen in views(engine, depsgraph, snapshot, size):
+        if not Session.observer.wants(view):
+            continue
         started = time.perf_counter() - exported  # the one export is part of the first view's time
         first, prepared = prepared is None, prepared and through(prepared, seen)
         if prepared is None:
@@ -95,7 +97,7 @@ def render_view(engine, depsgraph, prepared, settings, view: str) -> dict[str, A
 
     stats = statistics(prepared, settings, result, ledger)
     frame = depsgraph.scene_eval.frame_current
-    add_commands(stats["nonfinite"]["samples"], settings, bpy.data.filepath, frame, layer)
+    add_commands(stats["nonfinite"]["samples"], settings, bpy.data.filepath, frame, layer, view)
     stats["versions"]["blender"] = bpy.app.version_string
     stats["view_layer"] = layer
     Session.observer.on_film(result.film)

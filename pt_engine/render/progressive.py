@@ -292,7 +292,8 @@ def deposit(progress: Progress, result: UnitResult) -> None:
     unit = result.unit
     bad = progress.film.add(unit.pixels, unit.first, unit.spp, result.radiance, result.alpha)
     if progress.caught is not None and result.caught is not None:
-        progress.caught.add(unit.pixels, unit.first, unit.spp, result.caught)
+        more = progress.caught.add(unit.pixels, unit.first, unit.spp, result.caught)
+        bad = np.union1d(bad, more)
     if progress.groups is not None and result.by_group is not None:
         progress.groups.add(unit.pixels, unit.first, unit.spp, result.by_group, bad)
     for slot in bad[: max(0, REPORTED_NONFINITE - len(progress.nonfinite))]:

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import frames
-from .geometry import bounds, chunks
+from .geometry import FARTHEST, bounds, chunks, near
 from .snapshot import CurvesData, MeshData, PointsData, Snapshot
 from .strands import Samples, resampled, sampled, tangents
 
@@ -175,7 +175,7 @@ def prism_triangles(count: int, closed: bool) -> tuple[Int32, NDArray[np.bool_]]
 
 def points_hull(points: PointsData, room: Room) -> MeshData:
     """Octahedra around all points; of those without a place or a radius none that can be hit."""
-    usable = np.isfinite(points.points).all(axis=1) & (points.radius > 0) & np.isfinite(points.radius)
+    usable = near(points.points) & (points.radius > 0) & (points.radius < FARTHEST)
     size = np.sqrt(3) * margin(points.points, points.radius, room)
     with np.errstate(invalid="ignore", over="ignore"):
         corners = points.points[:, None].astype(np.float64) + size[:, None, None] * OCTAHEDRON

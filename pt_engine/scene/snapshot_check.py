@@ -124,7 +124,7 @@ def check_value(value: Any, kind: str, where: str) -> None:
         require(type(value) is data.Link and type(value.node) is int, f"{where} is no link")
         require(type(value.socket) is str, f"{where} is no link")
     elif kind == "Value | Link":
-        check_value(value, "Link" if type(value) is data.Link else "object", where)
+        check_input(value, where)
     elif kind == "object":
         check_plain(value, where)
     elif kind.startswith("tuple["):
@@ -160,6 +160,16 @@ def check_dict(value: Any, kinds: list[str], where: str) -> None:
     require(type(value) is dict, f"{where} is no dict")
     for key, item in value.items():
         check_value(item, kinds[1], f"{where}[{key!r}]")
+
+
+def check_input(value: Any, where: str) -> None:
+    """Check a socket's link or value: a number, a word, or some numbers."""
+    if type(value) is data.Link:
+        check_value(value, "Link", where)
+    elif type(value) is tuple:
+        require(all(type(item) in (bool, int, float) for item in value), f"{where} are no numbers")
+    else:
+        check_plain(value, where)
 
 
 def check_plain(value: Any, where: str) -> None:

@@ -91,7 +91,7 @@ def sampled(curves: CurvesData) -> Samples:
         of_curve[at].astype(np.int32),
         at.astype(np.int32),
         u.astype(np.float32),
-        np.ascontiguousarray(tangent[:, :3]).astype(np.float32),
+        np.ascontiguousarray(tangent[:, :3]),
         (1 / pieces[at]).astype(np.float32),
         np.flatnonzero(together).astype(np.int32),
     )
@@ -101,7 +101,7 @@ def resampled(curves: CurvesData, samples: Samples) -> Samples:
     """The same samples of curves whose points are elsewhere now, whatever pieces these would call for."""
     points, tangent = along_splines(curves, samples.key, samples.fraction.astype(np.float64))
     place, radius = np.ascontiguousarray(points[:, :3]), np.ascontiguousarray(points[:, 3])
-    return replace(samples, points=place, radius=radius, tangent=tangent[:, :3].astype(np.float32))
+    return replace(samples, points=place, radius=radius, tangent=np.ascontiguousarray(tangent[:, :3]))
 
 
 def curve_of_points(curves: CurvesData) -> NDArray[np.intp]:
@@ -118,16 +118,22 @@ def controls(curves: CurvesData) -> tuple[Float64, Float64, Float64, Float64]:
     return key[before], key, key[after], key[np.minimum(here + 2, end)]
 
 
-def along_splines(curves: CurvesData, at: NDArray[np.integer], u: Float64) -> tuple[Float32, Float64]:
+def along_splines(curves: CurvesData, at: NDArray[np.integer], u: Float64) -> tuple[Float32, Float32]:
     """(S, 4) points with radii at u of the segments from points `at`, and derivatives (S, 4)."""
     a, b, c, d = controls(curves)
     of_curve = curve_of_points(curves)[at]
     begin, end = curves.first[of_curve], curves.first[1:][of_curve] - 1
-    points = spline(a[at], b[at], c[at], d[at], u[:, None]).astype(np.float32)
+    points = in_float32(spline(a[at], b[at], c[at], d[at], u[:, None]))
     points[:, 3] = np.maximum(points[:, 3], 0)
     last = at == end
     back = np.where(last, np.maximum(at - 1, begin), at)  # a curve's end ends a segment
-    return points, slope(a[back], b[back], c[back], d[back], np.where(last, 1.0, u)[:, None])
+    return points, in_float32(slope(a[back], b[back], c[back], d[back], np.where(last, 1.0, u)[:, None]))
+
+
+def in_float32(values: Float64) -> Float32:
+    """Infinite beyond its range; points there are left out."""
+    with np.errstate(over="ignore"):
+        return values.astype(np.float32)
 
 
 def spline(a: Float64, b: Float64, c: Float64, d: Float64, u: Float64) -> Float64:
