@@ -63,7 +63,7 @@ def check_film(settings: RenderSettings, left: int | None) -> None:
         )
 
 
-def fitted(settings: RenderSettings, left: int | None) -> RenderSettings:
+def wavefront_that_fits(settings: RenderSettings, left: int | None) -> RenderSettings:
     """The settings with a wavefront small enough for the bytes that are left; it changes no image."""
     while left is not None and settings.lanes > SMALLEST:
         if image_bytes(settings) <= left:
