@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from pt_engine.nodes import noise, noise_nodes, perlin, voronoi
+from pt_engine.nodes import lattice, noise, noise_nodes, perlin, voronoi
 from pt_engine.nodes.hashes import hash_uints
 
 FEW = 7
@@ -27,7 +27,7 @@ def test_perlin_noise_does_not_depend_on_the_batch(dimension, extent):
     apart = [perlin.signed_noise([p[k : k + 1] for p in many])[0] for k in range(FEW)]
     np.testing.assert_array_equal(together[:FEW], apart)
     first, last = ([float(np.floor(end(p))) for p in many] for end in (np.min, np.max))
-    assert (perlin.Grid.between(first, last, len(many[0])) is not None) == (extent == 2)
+    assert (lattice.Grid.between(first, last, len(many[0])) is not None) == (extent == 2)
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4])
@@ -74,7 +74,7 @@ def test_the_shortened_hash_has_the_low_bits_of_the_whole(dimension):
     random = np.random.default_rng(0)
     keys = [random.integers(0, 2**32, 1000, np.uint32) for _ in range(dimension)]
     cells = np.stack(keys)
-    hashes = perlin.Hashes(dimension, tuple(range(dimension)), 1000)
+    hashes = lattice.Hashes(dimension, tuple(range(dimension)), np.empty((4, *(2,) * dimension, 1000), np.uint32))
     for corner in itertools.product((0, 1), repeat=dimension):
         whole = hash_uints(*(key + np.uint32(step) for key, step in zip(keys, corner, strict=True)))
         found = hashes.of_corners(cells)[corner[::-1]]  # the first axis is the innermost
