@@ -23,6 +23,7 @@ Point = Sequence[Float32]
 SCALE: Final = (0.25, 0.6616, 0.9820, 0.8344)  # to about [-1, 1], by dimension
 PERIOD: Final = 100000.0
 COARSE: Final = np.float32(1000000)  # from here on points are taken half a step off
+EXACT_TURNS: Final = 5000  # of the period are float32 numbers, below it
 HUGE: Final = 1e15  # below it a float64 holds every multiple of the period exactly
 BLOCK: Final = 65536  # corners at a time: few calls, and some arrays of them still fit a core's cache
 ONE: Final = np.ones(1, np.float32)
@@ -103,10 +104,9 @@ def scaled_noise(cloud: Cloud, scale: Float32, room: Room | None = None) -> Floa
     out = np.empty(size, np.float32)
     if size == 0:
         return out
-    ends = cloud.low * scale, cloud.high * scale  # rounding keeps their order
-    first, last = np.floor(np.minimum(*ends)).tolist(), np.floor(np.maximum(*ends)).tolist()
-    far = not all(a > -PERIOD and b < PERIOD for a, b in zip(first, last, strict=True))
-    grid = None if far else Grid.between(first, last, size)
+    ends = np.sort([cloud.low * scale, cloud.high * scale], axis=0)  # rounding keeps the order of points
+    shift = _common_shift(*ends)
+    grid = None if shift is None else Grid.between(*np.floor(_shifted(ends[..., None], shift))[..., 0].tolist(), size)
     count = -(-(size << dimension) // BLOCK)
     n = -(-size // count)
     m = n + n % 2  # lanes go in pairs
@@ -116,8 +116,10 @@ def scaled_noise(cloud: Cloud, scale: Float32, room: Room | None = None) -> Floa
         start = min(k * n, size - n)  # all blocks are of one size; the last overlaps the one before
         for row, p in zip(part, cloud.rows, strict=True):
             np.multiply(p[start : start + n] if p.shape[-1] > 1 else p, scale, out=row[:n])
-        if far:
+        if shift is None:
             part[:] = _periodic(part)
+        else:
+            _shifted(part, shift)
         np.floor(part, out=low)
         part -= low
         active = every if part[:, 0].all() else (*np.flatnonzero(part.any(axis=1)).tolist(),)
@@ -125,6 +127,23 @@ def scaled_noise(cloud: Cloud, scale: Float32, room: Room | None = None) -> Floa
         np.multiply(found[:n], np.float32(SCALE[dimension - 1]), out=out[start : start + n])
     out += np.float32(0)  # of two zeros always the positive one, whichever corners were left out
     return out
+
+
+def _common_shift(low: Float32, high: Float32) -> Float32 | None:
+    """(2, dimension, 1) what `_periodic` subtracts from and then adds to all points between, if it is the same."""
+    turns = np.trunc(np.array([low, high], np.float64) / PERIOD)
+    if (turns[0] != turns[1]).any() or not (np.abs(turns) < EXACT_TURNS).all():
+        return None
+    half = 0.5 * (np.abs(turns[0]) * PERIOD >= COARSE)
+    return np.array([turns[0] * PERIOD, half], np.float32)[..., None]
+
+
+def _shifted(p: Float32, shift: Float32) -> Float32:
+    """p, moved in place; exact but for the last rounding."""
+    if shift.any():
+        p -= shift[0]
+        p += shift[1]
+    return p
 
 
 def _periodic(p: Float32) -> Float32:

@@ -58,6 +58,18 @@ def test_the_period_is_exact():
     np.testing.assert_array_equal(perlin._periodic(p), np.fmod(p, np.float32(1e5)))
 
 
+@pytest.mark.parametrize("far", [9.95e4, 1.234e5, -3.7e5, 9.9999e5, 5.5e6, -4.99e8, 6e8])
+def test_points_within_one_period_are_moved_into_the_first_together(far):
+    """By what each alone is moved by, to the bit, where no multiple of the period is among them."""
+    many = [p + np.float32(far) for p in points(3, 100, size=500)]
+    ends = np.array([[end(p) for p in many] for end in (np.min, np.max)])
+    shift = perlin._common_shift(*ends)
+    assert (shift is None) == (abs(far) > 5e8 or np.ptp(np.trunc(ends / 1e5)) != 0)
+    alone = perlin._periodic(np.stack(many))
+    if shift is not None:
+        np.testing.assert_array_equal(perlin._shifted(np.stack(many), shift), alone)
+
+
 @pytest.mark.parametrize("axis", [0, 1, 2])
 @pytest.mark.parametrize("extent", [2, 1e4])
 def test_noise_on_a_lattice_plane_needs_only_the_corners_there(axis, extent):
