@@ -1,8 +1,8 @@
 """The random gradients at the corners of Perlin noise's cells, for blocks of lanes.
 
 What is wanted is where in `perlin.PAIRS` each corner's gradients are, of two lanes at a time. Two ways lead
-there: hashing every lane's corners, or, where many lanes share few cells, hashing the lattice around them once.
-A corner's gradient is all that a lane gets, so the way never shows.
+there: hashing every lane's corners, or, where many lanes share few cells, hashing the lattice around them
+once. Both give the same, so the way never shows.
 """
 
 from __future__ import annotations
@@ -145,4 +145,3 @@ class Grid:
         bits = whole.dtype.type(SIZES[self.dimension].bit_length() - 1)
         pair = whole[:, 0] | whole[:, 1] << bits
         index.reshape(-1, index.shape[-1])[:] = pair.view(found.dtype).T
-

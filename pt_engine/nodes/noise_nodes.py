@@ -48,7 +48,7 @@ SETTINGS: Final = ("detail", "roughness", "lacunarity", "offset", "gain")
 
 @cache
 def noise_channels(channels: tuple[int, ...]) -> Op:
-    """The Noise texture's Color: its Factor in red, two more of its kind in green and blue; 0 if not asked for."""
+    """The Noise texture's Color: its Factor in red, two more of its kind in green and blue; others are 0."""
 
     def noise_color(
         dimensions: int,
@@ -70,7 +70,9 @@ def noise_channels(channels: tuple[int, ...]) -> Op:
                 color[k] = fractal(p, values, normalize)
             return color
         # few lanes: all channels at once, because what numpy's calls cost by themselves counts then
-        wide = [np.concatenate([np.broadcast_to(p, size) for p in axis]) for axis in zip(*points, strict=True)]
+        wide = [
+            np.concatenate([np.broadcast_to(p, size) for p in axis]) for axis in zip(*points, strict=True)
+        ]
         repeated = [v if v.shape[-1] == 1 else np.tile(np.broadcast_to(v, size), len(points)) for v in values]
         color[list(channels)] = fractal(wide, repeated, normalize).reshape(-1, size)
         return color

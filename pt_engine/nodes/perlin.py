@@ -3,8 +3,8 @@
 Perlin 2002, "Improving Noise", with Jenkins' hash for the lattice. Cost is what matters here: a fractal asks
 for this dozens of times per lane. So all corners of a block of lanes are worked on at once in buffers that
 stay in cache; every axis has an array dimension of its own for its two corners, the first axis the
-innermost, so that what corners have in common is computed once by broadcasting. Gradients are looked up for two
-lanes at a time.
+innermost, so that what corners have in common is computed once by broadcasting. Gradients are looked up for
+two lanes at a time.
 """
 
 from __future__ import annotations
@@ -105,8 +105,10 @@ def scaled_noise(cloud: Cloud, scale: Float32, room: Room | None = None) -> Floa
     if size == 0:
         return out
     ends = np.sort([cloud.low * scale, cloud.high * scale], axis=0)  # rounding keeps the order of points
-    shift = _common_shift(*ends)
-    grid = None if shift is None else Grid.between(*np.floor(_shifted(ends[..., None], shift))[..., 0].tolist(), size)
+    shift, grid = _common_shift(*ends), None
+    if shift is not None:
+        first, last = np.floor(_shifted(ends[..., None], shift))[..., 0].tolist()
+        grid = Grid.between(first, last, size)
     count = -(-(size << dimension) // BLOCK)
     n = -(-size // count)
     m = n + n % 2  # lanes go in pairs
@@ -130,7 +132,7 @@ def scaled_noise(cloud: Cloud, scale: Float32, room: Room | None = None) -> Floa
 
 
 def _common_shift(low: Float32, high: Float32) -> Float32 | None:
-    """(2, dimension, 1) what `_periodic` subtracts from and then adds to all points between, if it is the same."""
+    """(2, dimension, 1) what `_periodic` subtracts from and then adds to all points between, or None."""
     turns = np.trunc(np.array([low, high], np.float64) / PERIOD)
     if (turns[0] != turns[1]).any() or not (np.abs(turns) < EXACT_TURNS).all():
         return None
@@ -226,7 +228,8 @@ class Block:
             numbers -= near
             numbers *= fade
             numbers += near
-        return numbers
+        blended: Float32 = numbers
+        return blended
 
     def _place(self, part: Float32) -> None:
         """Distances from the corners, and the weights of the far ones: 6t⁵ − 15t⁴ + 10t³."""

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from pt_engine.nodes import lattice, noise, noise_nodes, perlin, voronoi
+from pt_engine.nodes import lattice, noise, noise_nodes, perlin, voronoi, voronoi_cells
 from pt_engine.nodes.hashes import hash_uints
 
 FEW = 7
@@ -86,7 +86,9 @@ def test_the_shortened_hash_has_the_low_bits_of_the_whole(dimension):
     random = np.random.default_rng(0)
     keys = [random.integers(0, 2**32, 1000, np.uint32) for _ in range(dimension)]
     cells = np.stack(keys)
-    hashes = lattice.Hashes(dimension, tuple(range(dimension)), np.empty((4, *(2,) * dimension, 1000), np.uint32))
+    hashes = lattice.Hashes(
+        dimension, tuple(range(dimension)), np.empty((4, *(2,) * dimension, 1000), np.uint32)
+    )
     for corner in itertools.product((0, 1), repeat=dimension):
         whole = hash_uints(*(key + np.uint32(step) for key, step in zip(keys, corner, strict=True)))
         found = hashes.of_corners(cells)[corner[::-1]]  # the first axis is the innermost
@@ -103,7 +105,7 @@ def test_voronoi_does_not_depend_on_the_batch(dimension, feature):
     one = np.ones(1, np.float32)
     own = np.linspace(0, 1, size, dtype=np.float32)
     for randomness in (one, own):
-        settings = voronoi.Settings("F1", "EUCLIDEAN", one, randomness, one)
+        settings = voronoi_cells.Settings("F1", "EUCLIDEAN", one, randomness, one)
         together = parts(getattr(voronoi, feature)(settings, many))
         for k in (0, 1, size - 1):
             there = settings._replace(randomness=randomness[k : k + 1] if randomness is own else one)
@@ -120,7 +122,7 @@ def test_the_distance_alone_is_the_distance_of_the_nearest_points(dimension, met
     many, one = points(dimension, 30), np.ones(1, np.float32)
     many = many if randomness else [np.round(2 * p) / 2 for p in many]
     for feature, whole in (("F1", voronoi.f1), ("F2", voronoi.f2)):
-        settings = voronoi.Settings(feature, metric, 0.5 * one, randomness * one, one)
+        settings = voronoi_cells.Settings(feature, metric, 0.5 * one, randomness * one, one)
         np.testing.assert_array_equal(voronoi.distances(settings, many), whole(settings, many).distance)
 
 
@@ -134,7 +136,7 @@ def test_a_point_beyond_all_cells_harms_no_other(point):
     """Distances stay finite, or as far as can be; the lanes beside it keep their values."""
     many = points(3, 30, size=10)
     one = np.ones(1, np.float32)
-    settings = voronoi.Settings("F1", "EUCLIDEAN", one, one, one)
+    settings = voronoi_cells.Settings("F1", "EUCLIDEAN", one, one, one)
     with np.errstate(all="ignore"):
         clean = voronoi.f2(settings, many).distance
         many[1][4] = point
