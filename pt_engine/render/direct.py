@@ -30,7 +30,7 @@ class Direct(Integrator):
     """What the three have in common: emission at p₁, then one bounce."""
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
-        path = PathState.start(sampler, scene.tracks_history, scene.history(rays))
+        path = PathState.start(sampler, scene.tracks_history, scene.history(rays), self.clamp)
         found = scene.intersect(rays)
         for hit in scene.emission(rays, found, path):
             path.gather(hit)
@@ -66,7 +66,8 @@ class DirectBSDF(Direct):
     ) -> None:
         rays = path.scatter(si, bsdf.sample(random.bsdf(0)))
         for hit in scene.emission(rays, scene.intersect(rays), path):
-            scatter_add(path.L, hit.lanes, path.beta.take(hit.lanes, axis=1) * hit.radiance)
+            light = path.beta.take(hit.lanes, axis=1) * hit.radiance
+            scatter_add(path.L, hit.lanes, path.clamped(light, hit.lanes))
 
 
 class DirectEmitter(Direct):
@@ -82,12 +83,11 @@ class DirectEmitter(Direct):
         m = bsdf.smooth_count
         if m == 0 or not scene.has_emitters:
             return
-        here = si.part(slice(0, m))
+        here, paths = si.part(slice(0, m)), path.part(slice(0, m))
         light = scene.sample_emitter(here, random.emitter(0)[:, :m], path)
         value, _ = bsdf.eval_pdf(light.wo, light.hidden)
-        path.L[:, :m] += scene.unoccluded(
-            here, light, value * light.weight, self.transparent_depth, path.part(slice(0, m))
-        )
+        lit = scene.unoccluded(here, light, value * light.weight, self.transparent_depth, paths)
+        paths.L += paths.clamped(lit, slice(None), sampled=1)
 
 
 class DirectMIS(Direct):
@@ -103,13 +103,13 @@ class DirectMIS(Direct):
     ) -> None:
         m = bsdf.smooth_count
         if m and scene.has_emitters:
-            here = si.part(slice(0, m))
+            here, paths = si.part(slice(0, m)), path.part(slice(0, m))
             light = scene.sample_emitter(here, random.emitter(0)[:, :m], path)
             value, pdf = bsdf.eval_pdf(light.wo, light.hidden)
             weight = mis(light.pdf, pdf * np.logical_not(light.delta))
-            path.L[:, :m] += scene.unoccluded(
-                here, light, value * light.weight * weight, self.transparent_depth, path.part(slice(0, m))
-            )
+            asked = value * light.weight * weight
+            lit = scene.unoccluded(here, light, asked, self.transparent_depth, paths)
+            paths.L += paths.clamped(lit, slice(None), sampled=1)
         rays = path.scatter(si, bsdf.sample(random.bsdf(0)))
         for hit in scene.emission(rays, scene.intersect(rays), path):
             path.gather(hit)

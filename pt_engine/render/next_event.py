@@ -37,4 +37,5 @@ def next_event(
     contribution *= weight
     if scene.transparent_surfaces:  # paths on their last edge may pass such a surface but not scatter
         contribution *= paths.depth < limit.max_depth - 1
-    paths.L += scene.unoccluded(here, light, contribution, limit.transparent_depth, paths)
+    lit = scene.unoccluded(here, light, contribution, limit.transparent_depth, paths)
+    paths.L += paths.clamped(lit, slice(None), sampled=1)
