@@ -21,7 +21,7 @@ from .report import table
 sys.path.insert(0, str(ROOT / "tests"))
 
 import bpy
-from support.cycles import BOUNCES, set_up
+from support.cycles import BOUNCES, choose_cycles, into_exr
 from support.items import ITEMS
 from support.shared_scenes import read_exr
 from support.ztest import Agreement, compare
@@ -100,7 +100,8 @@ def pictures(make: Callable[[], None]) -> tuple[list[np.ndarray], list[np.ndarra
     make()
     scene = bpy.context.scene
     own = scene.pt_engine
-    set_up(THEIRS, SIZE)
+    choose_cycles(THEIRS, SIZE)
+    into_exr()
     own.max_depth, own.transparent_depth = BOUNCES + 2, BOUNCES  # edges, and the bounces between the ends
     own.samples = OURS
     with tempfile.TemporaryDirectory() as folder:

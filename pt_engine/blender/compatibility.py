@@ -10,7 +10,7 @@ ENGINE = "PT_ENGINE"
 # shown better by another panel:
 NOT_FOR_US = ("freestyle", "preview", "simplify", "VIEWLAYER_PT_filter", "NODE_DATA_PT_light")
 DOUBLE = ("DATA_PT_light",)
-# and these are useful here though they are marked for EEVEE alone:
+# and these are useful here though they are marked for EEVEE, or EEVEE and Cycles, alone:
 OF_EEVEE = (
     "DATA_PT_camera_dof",
     "DATA_PT_camera_dof_aperture",
@@ -19,6 +19,7 @@ OF_EEVEE = (
     "EEVEE_MATERIAL_PT_displacement",
     "EEVEE_MATERIAL_PT_surface",
     "EEVEE_WORLD_PT_surface",
+    "OBJECT_PT_shadow_terminator",
 )
 SINCE_5 = ("VIEWLAYER_PT_override",)  # of EEVEE and Cycles
 

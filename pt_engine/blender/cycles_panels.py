@@ -8,27 +8,18 @@ import bpy
 
 from .object_panels import DataPanel
 
-# tab, name, label, switch in the header, settings; all as paths from the context
+# tab, name, label, settings as paths from the context
 PANELS = (
-    (
-        "object",
-        "motion_blur",
-        "Motion Blur",
-        "object.cycles.use_motion_blur",
-        ("object.cycles.motion_steps", "object.cycles.use_deform_motion"),
-    ),
     (
         "world",
         "ray_visibility",
         "Ray Visibility",
-        "",
         tuple(f"world.cycles_visibility.{kind}" for kind in ("camera", "diffuse", "glossy", "transmission")),
     ),
     (
         "material",
         "settings",
         "Settings",
-        "",
         ("material.displacement_method", "material.cycles.emission_sampling"),
     ),
 )
@@ -41,21 +32,15 @@ def owner_of(context, path: str):
     return (owner, name) if hasattr(owner, name) else (None, name)
 
 
-def settings_panel(tab, name, label, switch, settings):
+def settings_panel(tab, name, label, settings):
     """A panel class of a table row, shown where its settings exist."""
 
     def applies(cls, context):
         return owner_of(context, settings[0])[0] is not None
 
-    def draw_header(self, context):
-        if switch:
-            self.layout.prop(*owner_of(context, switch), text="")
-
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        if switch:
-            layout.active = getattr(*owner_of(context, switch))
         for path in settings:
             layout.prop(*owner_of(context, path))
 
@@ -67,7 +52,6 @@ def settings_panel(tab, name, label, switch, settings):
             "bl_context": tab,
             "bl_options": {"DEFAULT_CLOSED"},
             "applies": classmethod(applies),
-            "draw_header": draw_header,
             "draw": draw,
         },
     )

@@ -37,13 +37,22 @@ PROPERTY_PANELS = (
         "light_paths",
         "Light Paths",
         False,
-        ((OWN, "max_depth"), (OWN, "rr_depth"), (OWN, "transparent_depth")),
+        (
+            *((OWN, "max_depth"), (OWN, "rr_depth"), (OWN, "transparent_depth")),
+            *((OWN, "clamp_direct"), (OWN, "clamp_indirect")),
+        ),
     ),
     (
         "motion_blur",
         "Motion Blur",
         True,
-        ((RENDER, "use_motion_blur"), (RENDER, "motion_blur_position"), (RENDER, "motion_blur_shutter")),
+        (
+            (RENDER, "use_motion_blur"),
+            (RENDER, "motion_blur_position"),
+            (RENDER, "motion_blur_shutter"),
+            (CYCLES, "rolling_shutter_type"),
+            (CYCLES, "rolling_shutter_duration"),
+        ),
     ),
     (
         "subdivision",
@@ -129,25 +138,17 @@ def is_active(scene, prop: str) -> bool:
         return scene.pt_engine.target_error > 0 and scene.pt_engine.target_of == "PIXELS"
     if prop == "min_samples":
         return scene.pt_engine.target_error > 0 or scene.pt_engine.adaptive
+    if prop == "rolling_shutter_duration" and scene.cycles.rolling_shutter_type == "NONE":
+        return False
+    if prop.startswith(("motion_blur", "rolling_shutter")):
+        return scene.render.use_motion_blur
     if prop.startswith("simplify"):
         return scene.render.use_simplify
-    if prop.startswith("motion_blur"):
-        return scene.render.use_motion_blur
     if prop == "subdivisions":
         return scene.cycles_curves.shape == "RIBBONS"
     if prop == "threads":
         return scene.render.threads_mode == "FIXED"
     return True
-
-
-class PTENGINE_RENDER_PT_shutter_curve(RenderPanel, bpy.types.Panel):
-    bl_label = "Shutter Curve"
-    bl_parent_id = "PTENGINE_RENDER_PT_motion_blur"
-    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
-
-    def draw(self, context):
-        self.layout.active = context.scene.render.use_motion_blur
-        self.layout.template_curve_mapping(context.scene.render, "motion_blur_shutter_curve")
 
 
 class PTENGINE_RENDER_PT_integrator_files(RenderPanel, bpy.types.Panel):
@@ -198,7 +199,6 @@ def statistics_lines(stats) -> list[str]:
 PROPERTY_CLASSES = tuple(property_panel(*row) for row in PROPERTY_PANELS)
 CLASSES = (
     *PROPERTY_CLASSES,
-    PTENGINE_RENDER_PT_shutter_curve,
     PTENGINE_RENDER_PT_integrator_files,
     PTENGINE_RENDER_PT_statistics,
 )

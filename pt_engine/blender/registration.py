@@ -11,6 +11,8 @@ from . import (
     compatibility,
     coverage_panel,
     cycles_panels,
+    light_group_panels,
+    motion_panels,
     object_panels,
     operators,
     panels,
@@ -23,7 +25,7 @@ from .engine import PTEngine
 
 PARTS = (
     *(properties, operators, panels, accuracy_panel, coverage_panel, object_panels),
-    *(cycles_panels, panorama_panel, compatibility, preferences),
+    *(cycles_panels, panorama_panel, light_group_panels, motion_panels, compatibility, preferences),
 )
 
 

@@ -4,14 +4,17 @@ All pixels of one of our pictures see the same times, so their errors are not in
 them to be: a cell that differs by less than 1 % of the picture's mean is no matter.
 """
 
+import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
 from support.bpy_motion import animate  # noqa: E402
+from support.bpy_scenes import add  # noqa: E402
 from support.cycles import by_cycles, by_engine  # noqa: E402
 from support.moving_room import (  # noqa: E402
     box,
     changing_shape,
+    material,
     moving_box,
     moving_camera,
     moving_lights,
@@ -69,4 +72,71 @@ def test_what_comes_or_goes(scene, tmp_path, when):
         owner.hide_render = owner.hide_viewport = state
         owner.keyframe_insert("hide_render", frame=frame)
         owner.keyframe_insert("hide_viewport", frame=frame)
+    agree(scene, tmp_path)
+
+
+@pytest.mark.parametrize("duration", [0.0, 0.4])
+def test_a_rolling_shutter(scene, tmp_path, duration):
+    """An object and the camera move; a shorter row of the shutter's time than the whole moves each less."""
+    scene.cycles.rolling_shutter_type, scene.cycles.rolling_shutter_duration = "TOP", duration
+    animate(box(), "location", [(-3, 0, 0), (0, 0, 0.5), (3, 1, 1)])
+    animate(scene.camera, "rotation_euler", [(1.2, 0, -0.1), (1.25, 0, 0), (1.3, 0, 0.1)])
+    agree(scene, tmp_path)
+
+
+def test_a_shadow_catcher(scene, tmp_path):
+    """It goes down as a box goes over it, and turns."""
+    floor = bpy.data.objects["Floor"]
+    floor.is_shadow_catcher = True
+    animate(floor, "location", [(0, 0, 0.6), (0, 0, 0), (0, 0, -0.6)])
+    animate(floor, "rotation_euler", [(0, 0.1, 0), (0, 0, 0), (0.1, 0, 0)])
+    animate(box(), "location", [(-2, 0, 0), (0, 0, 0.5), (2, 1, 1)])
+    agree(scene, tmp_path)
+
+
+def tuft(count=60):
+    curves = bpy.data.hair_curves.new("Tuft")
+    curves.add_curves([4] * count)
+    rng = np.random.default_rng(2)
+    roots = rng.uniform((-0.8, -0.8, -1), (0.8, 0.8, -1), (count, 3))
+    lean = rng.uniform(-0.5, 0.5, (count, 3)) * (1, 1, 0)
+    points = [roots + k * np.array([0, 0, 0.6]) + k * k / 9 * lean for k in range(4)]
+    curves.attributes["position"].data.foreach_set("vector", np.stack(points, 1).astype(np.float32).ravel())
+    curves.attributes.new("radius", "FLOAT", "POINT").data.foreach_set("value", [0.05] * 4 * count)
+    curves.materials.append(material("Tuft", (0.8, 0.3, 0.1)))
+    return add(curves, "Tuft")
+
+
+@pytest.mark.parametrize("shape", ["THICK", "RIBBONS"])
+def test_curves_that_move_and_grow(scene, tmp_path, shape):
+    scene.cycles_curves.shape = shape
+    owner = tuft()
+    animate(owner, "location", [(-1.5, 0, 0), (0, 0, 0), (1.5, 0.5, 0.3)])
+    animate(owner, "rotation_euler", [(0, 0, 0), (0.3, 0, 0.5), (0.6, 0, 1)])
+    animate(owner, "scale", [(1, 1, 1), (1, 1, 1), (1.2, 1, 0.7)])
+    agree(scene, tmp_path)
+
+
+def test_strands_on_a_mesh_that_bends(scene, tmp_path):
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=12, ring_count=6)
+    ball = bpy.context.object
+    ball.modifiers.new("Hair", "PARTICLE_SYSTEM")
+    settings = ball.particle_systems[0].settings
+    settings.type, settings.count, settings.hair_length = "HAIR", 200, 1.0
+    settings.root_radius = settings.tip_radius = 4.0
+    ball.shape_key_add(name="Basis")
+    key = ball.shape_key_add(name="Long")
+    for point in key.data:
+        point.co.x += 1.5 * point.co.z
+    animate(key, "value", (0.0, 0.5, 1.0))
+    ball.data.materials.append(material("Ball", (0.8, 0.3, 0.1)))
+    agree(scene, tmp_path)
+
+
+def test_velocities(scene, tmp_path):
+    """Of a mesh, which are all there is, and of strands; 24 frames are a second."""
+    owners = box("Box", 1.0), tuft()
+    for owner, speed in zip(owners, ((36, 0, 0), (-24, 0, 12)), strict=True):
+        made = owner.data.attributes.new("velocity", "FLOAT_VECTOR", "POINT")
+        made.data.foreach_set("vector", np.tile(np.float32(speed), len(made.data)))
     agree(scene, tmp_path)

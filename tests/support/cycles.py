@@ -43,8 +43,8 @@ Pair = tuple[np.ndarray, np.ndarray]
 def by_cycles(samples: int, size: tuple[int, int], folder: Path, **more: Any) -> Pair:
     """RGBA images of seeds 0 and 1, top row first; `more` are settings of Cycles."""
     scene = bpy.context.scene
-    scene.render.engine = "CYCLES"
-    set_up(samples, size, **more)
+    choose_cycles(samples, size, **more)
+    into_exr()
     images = []
     for seed in (0, 1):
         scene.cycles.seed = seed
@@ -54,9 +54,18 @@ def by_cycles(samples: int, size: tuple[int, int], folder: Path, **more: Any) ->
     return images[0], images[1]
 
 
-def set_up(samples: int, size: tuple[int, int], **more: Any) -> None:
-    """Have Cycles trace paths and nothing else, into an EXR file; `more` are settings of Cycles."""
+def into_exr() -> None:
+    """Have the scene's pictures written as they are, with alpha."""
+    form = bpy.context.scene.render.image_settings
+    if hasattr(form, "media_type"):
+        form.media_type = "IMAGE"
+    form.file_format, form.color_mode, form.color_depth = "OPEN_EXR", "RGBA", "32"
+
+
+def choose_cycles(samples: int, size: tuple[int, int], **more: Any) -> None:
+    """Set the scene to be rendered by Cycles, which is to take no short cuts."""
     scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
     for name, value in (OVERRIDES | more).items():
         if hasattr(scene.cycles, name):
             setattr(scene.cycles, name, value)
@@ -65,10 +74,6 @@ def set_up(samples: int, size: tuple[int, int], **more: Any) -> None:
     settings.resolution_x, settings.resolution_y = size
     settings.resolution_percentage = 100
     settings.use_compositing = settings.use_sequencer = False
-    form = settings.image_settings
-    if hasattr(form, "media_type"):
-        form.media_type = "IMAGE"
-    form.file_format, form.color_mode, form.color_depth = "OPEN_EXR", "RGBA", "32"
 
 
 def by_engine(samples: int, size: tuple[int, int], **more: Any) -> Pair:

@@ -69,6 +69,7 @@ def add_replay(commands) -> None:
     replay.add_argument(
         "--sample", type=whole(0), required=True, metavar="N", help="the sample's number, from 0"
     )
+    replay.add_argument("--view", metavar="NAME", help="of a multi-view render (default: its first)")
 
 
 def add_selftest(commands) -> None:
