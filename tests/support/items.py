@@ -27,6 +27,12 @@ def in_motion(build, blurred=True):
     scene.render.use_motion_blur = blurred
 
 
+def rolling(scene):
+    """Each row of pixels has its own part of the shutter's time."""
+    scene.cycles.rolling_shutter_type, scene.cycles.rolling_shutter_duration = "TOP", 0.2
+    moving_room.moving_box(scene)
+
+
 def faces_that_instance():
     """A box on each face of a grid."""
     moving_room.stage().render.use_motion_blur = False
@@ -199,6 +205,7 @@ ITEMS: dict[str, dict[str, Callable[[], None]]] = {
     "Motion": {
         "objects that move, turn and grow": partial(in_motion, moving_room.moving_box),
         "the camera": partial(in_motion, moving_room.moving_camera),
+        "rolling shutter": partial(in_motion, rolling),
         "deformation, shutter curve": partial(in_motion, moving_room.changing_shape),
         "instances of a collection": partial(in_motion, moving_room.turning_collection),
         "instances of geometry nodes": partial(in_motion, moving_room.moving_nodes),
