@@ -17,7 +17,7 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=f"pt_engine {__version__}")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
-    for add in (add_render, add_replay, add_inspections, add_accuracy, add_selftest):
+    for add in (add_render, add_replay, add_inspections, add_compare, add_whatif, add_selftest):
         add(commands)
     return top
 
@@ -107,8 +107,8 @@ def add_inspections(commands) -> None:
     explain.add_argument("material", metavar="MATERIAL")
 
 
-def add_accuracy(commands) -> None:
-    """The commands that say what accuracy costs."""
+def add_compare(commands) -> None:
+    """The command that says which estimator is worth its time."""
     compare = commands.add_parser(
         "compare",
         allow_abbrev=False,
@@ -142,6 +142,12 @@ def add_accuracy(commands) -> None:
         help="but for no more core seconds than that (default 60)",
     )
     compare.add_argument("--no-cache", action="store_true", help="keep no reference for the next time")
+    add_results(compare)
+    compare.add_argument("other", type=Path, nargs="?", metavar="B.exr", help="compares image FILE with it")
+
+
+def add_whatif(commands) -> None:
+    """The command that says what each effect costs."""
     whatif = commands.add_parser(
         "whatif",
         allow_abbrev=False,
@@ -149,13 +155,16 @@ def add_accuracy(commands) -> None:
         description="Renders with one effect at a time taken out: soft shadows, depth of field, glossy "
         "bounces, caustics, transparency ... --seconds are CPU core seconds of each render (default 4).",
     )
-    for command in (compare, whatif):
-        add_scene_options(command)
-        output = command.add_argument_group("output")
-        output.add_argument("--json", type=Path, metavar="F.json", help="the results as JSON; - for here")
-        output.add_argument("--report", type=path_ending("html"), metavar="P.html", help="a page to read")
-        output.add_argument("--quiet", action="store_true", help="no progress")
-    compare.add_argument("other", type=Path, nargs="?", metavar="B.exr", help="compares image FILE with it")
+    add_results(whatif)
+
+
+def add_results(command: argparse.ArgumentParser) -> None:
+    """The file, and where the findings go."""
+    add_scene_options(command)
+    output = command.add_argument_group("output")
+    output.add_argument("--json", type=Path, metavar="F.json", help="the results as JSON; - for here")
+    output.add_argument("--report", type=path_ending("html"), metavar="P.html", help="a page to read")
+    output.add_argument("--quiet", action="store_true", help="no progress")
 
 
 def add_scene_options(command: argparse.ArgumentParser) -> None:
