@@ -7,8 +7,8 @@
 `python -m bench page` writes docs/numbers.md from what the last separate measurements left.
 
 Other pages are made by modules of their own (`python -m bench.NAME --help`): against Cycles by parity, items,
-references and materials_library; about errors by calibration and error_growth; about speed and memory by export,
-instances, many_lights and motion.
+references and materials_library; about errors by calibration and error_growth; about speed and memory by
+export, instances, many_lights and motion.
 """
 
 from __future__ import annotations
