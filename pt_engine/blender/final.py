@@ -11,7 +11,7 @@ import bpy
 
 from ..render import integrators  # noqa: F401  fills the registry
 from ..render.ledger import Ledger
-from ..render.memory import check_film, fitted, room, room_for_scene
+from ..render.memory import check_film, room, room_for_scene, wavefront_that_fits
 from ..render.progressive import render
 from ..render.stats import statistics
 from ..report.error_picture import error_picture
@@ -59,7 +59,8 @@ def final_render(engine, depsgraph) -> None:
             tell_coverage(engine, prepared.coverage, scene.pt_engine.strict)
         if Session.observer.takes_over(prepared, settings, seen):
             return
-        settings = fitted(settings, room(scene.pt_engine.memory_limit << 20, prepared.bytes), films)
+        left = room(scene.pt_engine.memory_limit << 20, prepared.bytes)
+        settings = wavefront_that_fits(settings, left, films)
         stats = render_view(engine, depsgraph, prepared, settings, view)
         stats["seconds"]["export"] = exported
         stats["seconds"]["total"] = time.perf_counter() - started

@@ -37,7 +37,10 @@ PROPERTY_PANELS = (
         "light_paths",
         "Light Paths",
         False,
-        ((OWN, "max_depth"), (OWN, "rr_depth"), (OWN, "transparent_depth")),
+        (
+            *((OWN, "max_depth"), (OWN, "rr_depth"), (OWN, "transparent_depth")),
+            *((OWN, "clamp_direct"), (OWN, "clamp_indirect")),
+        ),
     ),
     (
         "motion_blur",

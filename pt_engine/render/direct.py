@@ -25,7 +25,7 @@ from ..scene.surface import Surface
 from ..scene.wave import Found, Rays
 from .dimensions import LaneSampler
 from .integrator import Integrator
-from .next_event import next_event
+from .next_event import add_sampled, next_event
 from .path_state import PathState
 from .settings import RenderSettings
 from .survivors import Wavefront
@@ -49,7 +49,7 @@ class Direct(Integrator):
         self.max_depth = 2
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
-        path = PathState.start(sampler, scene.tracks_history, scene.history(rays))
+        path = PathState.start(sampler, scene.tracks_history, scene.history(rays), self.clamp)
         front = Wavefront(self, scene, path.size)
 
         for step in range(self.edges + scene.transparent_surfaces * self.transparent_depth):
@@ -101,7 +101,8 @@ class DirectEmitter(Direct):
         light = scene.sample_emitter(here, u[:, :m], paths)
         value, _ = bsdf.eval_pdf(light.wo, light.hidden)
         contribution = paths.beta * value * light.weight  # β: of transparent surfaces before p₁
-        paths.L += scene.unoccluded(here, light, contribution, self.transparent_depth, paths)
+        lit = scene.unoccluded(here, light, contribution, self.transparent_depth, paths)
+        add_sampled(scene, paths, light, lit)
 
 
 class DirectMIS(Direct):

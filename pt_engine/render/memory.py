@@ -64,7 +64,7 @@ def check_film(settings: RenderSettings, left: int | None, films: int = 1) -> No
         )
 
 
-def fitted(settings: RenderSettings, left: int | None, films: int = 1) -> RenderSettings:
+def wavefront_that_fits(settings: RenderSettings, left: int | None, films: int = 1) -> RenderSettings:
     """The settings with a wavefront small enough for the bytes that are left; it changes no image."""
     while left is not None and settings.lanes > SMALLEST:
         if image_bytes(settings, films) <= left:

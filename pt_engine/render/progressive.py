@@ -24,7 +24,7 @@ from ..core.samplers import SAMPLERS
 from ..scene.prepare import finish
 from ..scene.scene import Scene
 from .catcher_film import CatcherFilm
-from .decisions import DECIDES, TELLS, decisions, relative_error
+from .decisions import decisions
 from .film import Film
 from .film_error import ErrorEstimate
 from .forecast import Forecast
@@ -128,8 +128,8 @@ class RenderResult:
         return self.stopped_by == "cancelled"
 
     def error(self) -> ErrorEstimate:
-        """How wrong the image is; where the error ended the render, as pixels tell that had no say in it."""
-        return self.film.error(TELLS if self.stopped_by == "target" else None)
+        """How wrong the image is."""
+        return self.film.error()
 
     def image(self) -> Float32:
         """(height, width, 4) float32 of the window, bottom row first, alpha premultiplied."""
@@ -231,10 +231,8 @@ def stopped_by(progress: Progress) -> str:
         return "samples"
     if out_of_time(progress):
         return "time"
-    if settings.target_error:
-        error = relative_error(progress.film, settings.target_percentile, DECIDES)
-        if error is not None and error <= settings.target_error:
-            return "target"
+    if settings.target_error and progress.film.counts().max() != settings.samples:
+        return "target"
     return "noise" if settings.adaptive else "samples"
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cameras.base import Camera
-from ..core.clock import new_paths, stage
+from ..core.clock import new_paths, stage, unit_of_work
 from ..core.pixel_filters import FilterTable
 from ..core.raykind import RayKind
 from ..core.samplers import Sampler
@@ -83,6 +83,7 @@ class Worker:
         """The pixels of `order` in groups that are best rendered one after the other."""
         return [order] if self.moments is None else self.moments.groups(order)
 
+    @unit_of_work
     def render(self, unit: Unit) -> UnitResult:
         """Estimate the radiance of each of the unit's camera rays."""
         if self.moments is None:

@@ -19,6 +19,7 @@ from ..nodes.coverage import APPROXIMATE, IGNORED, Coverage
 from ..nodes.world import compile_light, compile_world
 from ..textures.images import TextureStore
 from .accel import Accel
+from .alone import normals_in_world
 from .another_view import made_for_one_view, view_of
 from .attributes import (
     Layer,
@@ -36,7 +37,7 @@ from .features import ON, features
 from .geometry import BOUND, INSTANCE, Geometry
 from .hulls import Hulls
 from .lamp_shader import LampShader
-from .memory import fitted, need, snapshot_bytes
+from .memory import need, sharing_that_fits, snapshot_bytes
 from .movement import moving_last
 from .own import OwnObjects, looking_at_themselves
 from .placing import build, may_share
@@ -81,7 +82,7 @@ def prepare(
     materials = compile_materials(snapshot.materials, textures=textures)
     world = compile_world(snapshot.world, textures=textures)
     rest = moving_last(snapshot)
-    snapshot = displaced(rest, materials, shading_layers)
+    snapshot, alone = normals_in_world(displaced(rest, materials, shading_layers), materials)
     hulls = Hulls(snapshot)
     rest, snapshot = (replace(s, meshes=s.meshes + hulls.meshes) for s in (rest, snapshot))
     motion = snapshot.motion
@@ -92,9 +93,9 @@ def prepare(
     room = None if memory is None else memory - textures.statistics()["bytes"] - in_slices
     apart = [*selves, *apart_from_others(snapshot), *([] if slices is None else slices.moving)]
     apart += rounds_among(snapshot).tolist()
-    terminator = Terminator.of(snapshot)
+    terminator = Terminator.of(snapshot, alone)
     needs = materials.needs | (frozenset() if terminator is None else {"position"})
-    sharing = fitted(snapshot, may_share(snapshot, materials, apart), needs, room)
+    sharing = sharing_that_fits(snapshot, may_share(snapshot, materials, apart), needs, room)
     placed, accel, geometry = build(snapshot, sharing, slices)
     own = OwnObjects(placed, selves) if selves else None
     geometry.rounds = rounds_of(snapshot, geometry, hulls)

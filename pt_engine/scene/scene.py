@@ -290,15 +290,23 @@ class Scene:
     @stage("shade", batch=lambda scene, lanes, number, path: number)
     def _shade_batch(self, lanes: Lanes, number: int, path: PathState) -> SliceBSDF:
         """The closures of one batch; who runs a clock gets the vertices of each material."""
-        if (running := clock.running()) is not None:
-            counts = np.bincount(self.geometry.surface_material.take(lanes.si.surface))
-            for material in np.flatnonzero(counts):
-                running.vertices[int(material)] += int(counts[material])
+        if (counting := clock.counting()) is not None:
+            self._count_vertices(counting, number, lanes.si.surface)
         closures = self.materials.batches[number].closures(lanes)
         if self.held is not None:
             closures = only_transparent(closures, held(self.held, path.clear, lanes.si.instance))
         angles = None if self.light_angles is None else self.light_angles.take(lanes.si.instance)
         return SliceBSDF(closures, lanes, self.clear_glass, angles)
+
+    def _count_vertices(self, counting: clock.Clock, batch: int, surfaces: NDArray[np.int32]) -> None:
+        """The vertices of each material; those of a batch of one material need not be looked at."""
+        used = self.used_materials[self.materials.batch_of[self.used_materials] == batch]
+        if len(used) == 1:
+            counting.vertices[int(used[0])] += len(surfaces)
+            return
+        counts = np.bincount(self.geometry.surface_material.take(surfaces))
+        for material in np.flatnonzero(counts):
+            counting.vertices[int(material)] += int(counts[material])
 
     # ------------------------------------------------------------------ next-event estimation
 
@@ -356,9 +364,6 @@ class Scene:
             contribution.view(np.int32)[:] &= self._clear(o, wo, light, tfar)
         if kept is not None:
             contribution[:, free] = kept
-        if self.by_group is not None:
-            groups = self.lights.light_group
-            self.by_group.add(0 if groups is None else groups[light.emitter], path.slot, contribution)
         return contribution
 
     def _clear(self, o: Float32, wo: Float32, light: LightSample, tfar: Float32) -> Int32:
