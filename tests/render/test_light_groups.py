@@ -48,6 +48,13 @@ def test_groups_sum_to_the_picture(integrator, material):
     assert (shares(result).max(axis=(1, 2, 3)) > 0.01).all()
 
 
+def test_what_is_clamped_is_clamped_in_its_group():
+    settings = {"samples": 4, "clamp_direct": 0.2, "clamp_indirect": 0.1}
+    result = make.rendered(lit(), 12, **settings)
+    np.testing.assert_allclose(shares(result).sum(0), result.image()[..., :3], rtol=2e-6, atol=1e-6)
+    assert result.image()[..., :3].mean() < 0.9 * make.rendered(lit(), 12, samples=4).image()[..., :3].mean()
+
+
 def test_what_is_in_no_group_is_the_rest():
     """With the sky in none, the two others sum to the picture less the sky's own."""
     groups = make.rendered(lit(), 12, samples=4)
