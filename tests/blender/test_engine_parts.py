@@ -129,6 +129,12 @@ def test_every_setting_kept_with_cycles_exists(scene):
     assert cycles_panels.owner_of(SimpleNamespace(object=None), "object.cycles.motion_steps")[0] is None
 
 
+def test_every_class_has_a_name_of_its_own():
+    """Blender forgets the first of two."""
+    names = [made.__name__ for part in registration.PARTS for made in getattr(part, "CLASSES", ())]
+    assert len(set(names)) == len(names)
+
+
 def test_blenders_own_panels_come_and_go_with_the_engine(scene):
     def shown():
         return {
