@@ -48,7 +48,7 @@ from .rounds import rounds_among, rounds_of
 from .scene import Scene
 from .sighted import standing_out
 from .slices import Slices
-from .snapshot import Snapshot, Visibility
+from .snapshot import UNLIMITED, Snapshot, Visibility
 from .terminator import Terminator
 from .terminator_shading import angles_of
 from .world_light import environment
@@ -258,13 +258,24 @@ def linked_mirrors(snapshot: Snapshot, scene: Scene) -> list[Coverage]:
     return [Coverage(f"Light {name}", "shadow linking", APPROXIMATE, effect) for name in dict.fromkeys(names)]
 
 
+def few_bounces(snapshot: Snapshot) -> list[Coverage]:
+    """Lamps with a size that are to light only what few bounces lead to, which rays may meet as well."""
+    effect = "beyond that its light is left out altogether; Cycles lets rays that meet the lamp keep a share"
+    return [
+        Coverage(f"Light {lamp.name}", "max bounces", APPROXIMATE, effect)
+        for lamp in snapshot.lights
+        if lamp.max_bounces < UNLIMITED and lamp.use_mis and lamp.cast_shadow
+        if lamp.kind == "AREA" or lamp.radius > 0 or lamp.angle > 0
+    ]
+
+
 def coverage(snapshot: Snapshot, scene: Scene, lamps: list[Coverage]) -> list[Coverage]:
     """How each part of the file is rendered: materials in use, world, lamps, export, geometry."""
     used = {snapshot.materials[m].name for m in scene.used_materials}
     entries = [entry for entry in scene.materials.coverage if entry.material in used]
     entries += [*scene.world.coverage, *lamps]
     entries += [Coverage(where, what, IGNORED, effect) for where, what, effect in snapshot.unsupported]
-    entries += linked_mirrors(snapshot, scene)
+    entries += [*linked_mirrors(snapshot, scene), *few_bounces(snapshot)]
     if any(curves.shape == "THICK" for curves in snapshot.curves):
         effect = "tubes are open at their ends and let light in there; in Cycles nothing passes"
         entries.append(Coverage("(geometry)", "thick curves", APPROXIMATE, effect))
