@@ -104,7 +104,7 @@ def complete(axes: Float64) -> Float64:
     (M, K) float64
         1 for right-handed ones, −1 for mirrored ones.
     """
-    hand = np.sign(np.linalg.det(axes))
+    hand: Float64 = np.sign(np.linalg.det(axes))
     last = axes.shape[1] - 1
     for before, k in [*pairwise(range(last + 1)), *pairwise(range(last, -1, -1))]:
         rows = np.flatnonzero((hand[:, k] == 0) & (np.abs(hand[:, before]) == 1))

@@ -125,8 +125,7 @@ class RoundAccel:
 
 def beyond(passed: Float32, further: Float32) -> Float32:
     """(N,) distances `further` on; at least by what float32 can tell."""
-    next_one: Float32 = np.nextafter(passed, np.float32(np.inf))
-    return np.maximum(passed + further, next_one)
+    return np.asarray(np.maximum(passed + further, np.nextafter(passed, np.float32(np.inf))))
 
 
 def put(best: Hits, lanes: Index, found: Hits, some: Index) -> None:
