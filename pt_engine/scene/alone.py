@@ -7,8 +7,8 @@ another the two give different directions. Blending the object's normals with th
     n' = n/|M⁻ᵀn|
 
 and turning the result by M⁻ᵀ is the second. Meshes that Cycles does not move stay as they are: those that are
-displaced, scatter light under their surface, or move while the shutter is open. (Cycles moves deforming ones, too;
-these are left here.)
+displaced, scatter light under their surface, or move while the shutter is open. (Cycles moves those that only
+deform, too; they are left here.)
 """
 
 from __future__ import annotations
