@@ -26,7 +26,7 @@ from ..core import frames
 from .geometry import bounds, chunks
 from .movement import reordered
 from .snapshot import CurvesData, InstanceMotion, MeshData, Motion, PointsData, Snapshot
-from .strands import Samples, sampled, tangents
+from .strands import Samples, tangents
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
@@ -232,10 +232,29 @@ class Extent(NamedTuple):
     vertices: Float32
 
 
-def hulls(snapshot: Snapshot) -> tuple[tuple[MeshData, ...], list[Samples]]:
-    """The hulls of all curves, then of all points; and the curves' samples."""
+def outlines(snapshot: Snapshot, samples: list[Samples]) -> tuple[MeshData, ...]:
+    """Meshes as large as the hulls will be, whose arrays take no memory: what is to fit is known before."""
+    found = []
+    for curves, points in zip(snapshot.curves, samples, strict=True):
+        triangles, _ = prism_triangles(1, curves.shape == "LINEAR")
+        mapped = bool(curves.uvs or curves.colors)
+        found.append(outline(curves.name, len(points.start), 2 * SIDES, len(triangles), mapped))
+    for cloud in snapshot.points:
+        mapped = bool(cloud.uvs or cloud.colors)
+        found.append(outline(cloud.name, len(cloud.points), len(OCTAHEDRON), len(FACES), mapped))
+    return tuple(found)
+
+
+def outline(name: str, count: int, vertices: int, triangles: int, mapped: bool) -> MeshData:
+    """Of `count` hulls, each of so many vertices and triangles."""
+    rows = np.broadcast_to(np.int32(0), (count * triangles, 3))
+    places = np.broadcast_to(np.float32(0), (count * vertices, 3))
+    return MeshData(name, places, rows, rows[:, 0], corner_index=rows if mapped else None)
+
+
+def hulls(snapshot: Snapshot, samples: list[Samples]) -> tuple[MeshData, ...]:
+    """The hulls of all curves, whose samples these are, then of all points."""
     meshes: list[MeshData] = []
-    samples = [sampled(curves) for curves in snapshot.curves]
     rows = snapshot.instances
     extents = [Extent(c.points) for c in snapshot.curves] + [Extent(p.points) for p in snapshot.points]
     _, radius = bounds((*snapshot.meshes, *extents), rows)
@@ -245,4 +264,4 @@ def hulls(snapshot: Snapshot) -> tuple[tuple[MeshData, ...], list[Samples]]:
             meshes.append(curves_hull(snapshot.curves[number], samples[number], around))
         else:
             meshes.append(points_hull(snapshot.points[number - len(samples)], around))
-    return tuple(meshes), samples
+    return tuple(meshes)

@@ -35,7 +35,7 @@ from .catcher import catchers_of, with_catchers_alone
 from .displace import displaced
 from .features import ON, features
 from .geometry import BOUND, INSTANCE, Geometry
-from .hulls import hulls, rounds_last
+from .hulls import hulls, outlines, rounds_last
 from .lamp_shader import LampShader
 from .memory import need, sharing_that_fits, snapshot_bytes
 from .movement import moving_last
@@ -49,6 +49,7 @@ from .scene import Scene
 from .sighted import standing_out
 from .slices import Slices
 from .snapshot import CameraData, Snapshot, Visibility
+from .strands import sampled
 from .terminator import Terminator
 from .world_light import environment
 
@@ -82,20 +83,24 @@ def prepare(
     world = compile_world(snapshot.world, textures=textures)
     rest = moving_last(rounds_last(snapshot))
     snapshot, alone = normals_in_world(displaced(rest, materials, shading_layers), materials)
-    if snapshot.curves or snapshot.points:
-        wrapped, samples = hulls(snapshot)
-        rest, snapshot = (replace(s, meshes=s.meshes + wrapped) for s in (rest, snapshot))
+    bare, samples = (rest, snapshot), [sampled(curves) for curves in snapshot.curves]
+    rest, snapshot = (replace(s, meshes=s.meshes + outlines(s, samples)) for s in bare)
     motion = snapshot.motion
     slices = Slices(motion, snapshot, rest, materials, shading_layers) if motion is not None else None
     view = view_of(snapshot.camera)
     selves = looking_at_themselves(snapshot, materials)
     in_slices = 0 if slices is None else slices.bytes
+    in_hulls = snapshot_bytes(snapshot) - snapshot_bytes(bare[1])
     room = None if memory is None else memory - textures.statistics()["bytes"] - in_slices
     apart = [*selves, *apart_from_others(snapshot), *([] if slices is None else slices.moving)]
     apart += rounds_among(snapshot).tolist()
     terminator = Terminator.of(snapshot, alone)
     needs = materials.needs | (frozenset() if terminator is None else {"position"})
-    sharing = sharing_that_fits(snapshot, may_share(snapshot, materials, apart), needs, room)
+    may = may_share(snapshot, materials, apart)
+    sharing = sharing_that_fits(snapshot, may, needs, room, in_hulls)
+    if snapshot.curves or snapshot.points:
+        made = hulls(bare[1], samples)
+        rest, snapshot = (replace(s, meshes=s.meshes + made) for s in bare)
     placed, accel, geometry = build(snapshot, sharing, slices)
     own = OwnObjects(placed, selves) if selves else None
     if snapshot.curves or snapshot.points:

@@ -15,6 +15,7 @@ from pt_engine.scene.features import ON
 from pt_engine.scene.hulls import hulls
 from pt_engine.scene.prepare import prepare
 from pt_engine.scene.snapshot import Graph, Link, Node
+from pt_engine.scene.strands import sampled
 from pt_engine.scene.wave import Rays
 
 N = 20_000
@@ -128,8 +129,9 @@ def test_rays_that_leave_a_strand_neither_meet_it_again_nor_slip_through_others(
 
 def test_rays_on_the_edges_of_hulls_go_on(monkeypatch):
     """What is beyond one triangle may be before its neighbour: of 40,000 none passes 4,096, but 20 or so."""
-    snap, rng, count = snapshot([tuft(8, 6, 0.05, "THICK")]), np.random.default_rng(0), 40_000
-    scene, hull = prepare(snap), hulls(snap)[0][0]
+    hair, rng, count = tuft(8, 6, 0.05, "THICK"), np.random.default_rng(0), 40_000
+    snap = snapshot([hair])
+    scene, hull = prepare(snap), hulls(snap, [sampled(hair)])[0]
     a, b, _ = hull.vertices[hull.triangles[rng.integers(0, len(hull.triangles), count)]].transpose(1, 0, 2)
     target, d = a + rng.random((count, 1)) * (b - a) - scene.geometry.origin, random_directions(count)
     o, d = (np.ascontiguousarray(x.T, np.float32) for x in (target - 3 * d, d))
