@@ -34,8 +34,9 @@ from .attributes import (
 from .catcher import catchers_of, with_catchers_alone
 from .displace import displaced
 from .features import ON, features
-from .geometry import BOUND, INSTANCE, Geometry
+from .geometry import BOUND, INSTANCE, Geometry, world_boxes
 from .hulls import hulls, outlines, rounds_last
+from .instancing import PLAIN, Sharing
 from .lamp_shader import LampShader
 from .memory import need, sharing_that_fits, snapshot_bytes
 from .movement import moving_last
@@ -119,7 +120,7 @@ def prepare(
             LampShader(program.batch, lamp, geometry.origin, geometry.radius, view) if program.batch else None
             for program, lamp in zip(lamp_programs, snapshot.lights, strict=True)
         ],
-        surfaces=to_light(geometry, materials),
+        surfaces=to_light(geometry, materials, snapshot, sharing),
         shown=reached.shown(),
     )
     lights = make_lights(triangles=triangles)
@@ -212,11 +213,18 @@ def view_of(camera: CameraData) -> View:
     return View(camera.kind, camera.matrix, camera.frame, camera.panorama, camera.fisheye_polynomial)
 
 
-def to_light(geometry: Geometry, materials: Materials) -> Surfaces:
+def to_light(
+    geometry: Geometry, materials: Materials, snapshot: Snapshot, sharing: Sharing | None
+) -> Surfaces:
     """What the choice among many emitters depends on."""
     # normals of what is round are not those of its hull
     opaque = geometry.rounds is None and not any(batch.transmits for batch in materials.batches)
-    return Surfaces(geometry.vertices, geometry.triangles, opaque, Accel)
+    found = Surfaces(geometry.vertices, geometry.triangles, opaque, Accel)
+    if sharing is None:
+        return found
+    shared = sharing.prototype != PLAIN
+    low, high = world_boxes(snapshot.meshes, snapshot.instances)
+    return found._replace(boxes=(low[shared] - geometry.origin, high[shared] - geometry.origin))
 
 
 def shading_layers(
