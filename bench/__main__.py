@@ -1,6 +1,7 @@
 """`python -m bench stages|renders|memory|textures|all`: measure, write JSON, and with `all` docs/numbers.md.
 
-`python -m bench materials` writes docs/materials-speed.md.
+`python -m bench materials` writes docs/materials-speed.md, `instances` docs/instances.md (with PT_SCENES set, for an
+artist's file, too), `motion` docs/motion-blur.md.
 
 `python -m bench gallery` writes docs/gallery.md and its pictures (beside --json FILE, if that is given).
 
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +27,18 @@ MORE = ("demo", "room", "lamps")  # of `gallery`
 def main() -> None:
     """Parse the command line and measure."""
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
-    kinds = ("stages", "renders", "memory", "textures", "all", "page", "materials", "gallery")
+    kinds = (
+        "stages",
+        "renders",
+        "memory",
+        "textures",
+        "all",
+        "page",
+        "materials",
+        "gallery",
+        "instances",
+        "motion",
+    )
     parser.add_argument("what", choices=kinds)
     parser.add_argument("--scene", action="append", choices=(*MODELS, *MORE), help="may be repeated")
     parser.add_argument("--sampler", default="independent", help="of `stages`")
@@ -37,6 +50,9 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.what == "materials":
         materials_page()
+        return
+    if arguments.what in ("instances", "motion"):
+        import_module(f".{arguments.what}", __package__).main()
         return
     if arguments.what == "gallery":
         from .gallery import written

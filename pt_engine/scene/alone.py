@@ -59,7 +59,8 @@ def normals_in_world(snapshot: Snapshot, materials: Materials) -> tuple[Snapshot
 def single(snapshot: Snapshot) -> NDArray[np.bool_]:
     """(I,) who has a mesh of triangles for itself and neither moves nor deforms."""
     mesh, motion = snapshot.instances.mesh, snapshot.motion
-    users = (np.bincount(mesh, minlength=1)[mesh] == 1) & (mesh < len(snapshot.meshes))
+    users: NDArray[np.bool_] = np.bincount(mesh, minlength=1)[mesh] == 1
+    users &= mesh < len(snapshot.meshes)
     if motion is not None:
         users &= ~np.isin(mesh, [shape.mesh for shape in motion.meshes])
         for rows in motion.instances:

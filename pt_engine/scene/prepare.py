@@ -280,7 +280,7 @@ def coverage(snapshot: Snapshot, scene: Scene, lamps: list[Coverage]) -> list[Co
     entries += [Coverage(where, what, IGNORED, effect) for where, what, effect in snapshot.unsupported]
     entries += linked_mirrors(snapshot, scene)
     if any(curves.shape == "THICK" for curves in snapshot.curves):
-        effect = "tubes are open at their ends and let light in there; in Cycles nothing passes"
+        effect = "tubes are seen through from their open ends; in Cycles their inner walls are there"
         entries.append(Coverage("(geometry)", "thick curves", APPROXIMATE, effect))
     if scene.geometry.dropped:
         effect = f"{scene.geometry.dropped} triangles with non-finite vertices are left out"

@@ -1,4 +1,4 @@
-"""Lights are chosen by place also where instances share their triangles, of which the choice knows the boxes."""
+"""Lights are chosen by place also where instances share their triangles: the choice knows their boxes."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ DOWN = np.diag([1.0, -1.0, -1.0, 1.0])
 
 @pytest.fixture(name="row", scope="module")
 def _row():
-    """Balls in a row, which share a mesh, and over each a panel of its own brightness, sharing one as well."""
+    """Balls in a row, which share a mesh, and over each a panel of its own brightness, sharing one too."""
     ball, panel = make.sphere(1.0, 8), make.quad(0.6)
     at = [2.2 * (k - (COUNT - 1) / 2) for k in range(COUNT)]
     objects = [(ball, make.translation(x, 0, 0), GREY) for x in at]
@@ -48,7 +48,7 @@ def measured(scene, integrator, samples):
 
 
 def test_three_estimators_agree_on_shared_instances(row):
-    """And with the plain scene, within 5 standard errors; a shadow ray ends before the panel it is aimed at."""
+    """And with the plain scene, within 5 standard errors; a shadow ray ends before its panel."""
     plain, shared = row
     expected, error, _ = measured(plain, "direct_mis", 96)
     for name in ("direct_bsdf", "direct_emitter", "direct_mis"):
@@ -58,7 +58,7 @@ def test_three_estimators_agree_on_shared_instances(row):
 
 
 def test_variance_is_that_of_plain_meshes_not_that_of_the_choice_by_power(row):
-    plain, shared = row
+    _, shared = row
     of_plain, of_shared = (measured(scene, "direct_emitter", 64)[2] for scene in row)
     by_place, shared.lights.by_place = shared.lights.by_place, None
     by_power = measured(shared, "direct_emitter", 64)[2]
