@@ -1,7 +1,7 @@
 """`python -m bench stages|renders|memory|textures|all`: measure, write JSON, and with `all` docs/numbers.md.
 
-`python -m bench materials` writes docs/materials-speed.md, `instances` docs/instances.md (with PT_SCENES set, for an
-artist's file, too), `motion` docs/motion-blur.md.
+`python -m bench materials` writes docs/materials-speed.md, `instances` docs/instances.md (with PT_SCENES set,
+for an artist's file, too), `motion` docs/motion-blur.md.
 
 `python -m bench gallery` writes docs/gallery.md and its pictures (beside --json FILE, if that is given).
 
