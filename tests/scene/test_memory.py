@@ -19,10 +19,9 @@ from pt_engine.core import free_memory
 from pt_engine.render import memory as image_memory
 from pt_engine.render.settings import RenderSettings
 from pt_engine.scene import instancing
-from pt_engine.scene.hulls import hulls, outlines
+from pt_engine.scene.hulls import Hulls
 from pt_engine.scene.memory import TooLarge, need, sharing_that_fits
 from pt_engine.scene.prepare import prepare
-from pt_engine.scene.strands import sampled
 
 ROOT = Path(__file__).parents[2]
 NO_ONE = frozenset()
@@ -90,6 +89,8 @@ def test_an_image_that_does_not_fit_is_refused_and_a_window_of_it_is_not():
         image_memory.check_film(large, 8 << 30)
     image_memory.check_film(replace(large, border=(8000, 8000, 8010, 8010)), 100 << 20)
     image_memory.check_film(large, None)
+    one, three = (image_memory.least(large, films) for films in (1, 3))  # with two light groups
+    assert three - one == 2 * image_memory.FILM * large.width * large.height
 
 
 def test_a_wavefront_is_made_smaller_before_anything_is_refused():
@@ -119,9 +120,8 @@ def test_free_memory_is_what_the_system_and_the_container_leave(tmp_path):
 def test_hulls_are_as_large_as_their_outlines(shape):
     """Counted before they are made, and without taking memory themselves."""
     hair, points = strands.tuft(30, 5, 0.02, shape), strands.cloud(np.eye(3), 0.1)
-    snapshot, samples = strands.snapshot([hair], [points]), [sampled(hair)]
-    expected, made = outlines(snapshot, samples), hulls(snapshot, samples)
-    for before, after in zip(expected, made, strict=True):
+    hulls = Hulls(strands.snapshot([hair], [points]))
+    for before, after in zip(hulls.outlines(), hulls.meshes, strict=True):
         for name in ("vertices", "triangles", "material_slot"):
             one, other = getattr(before, name), getattr(after, name)
             assert one.shape == other.shape
@@ -133,7 +133,8 @@ def test_hair_that_does_not_fit_is_refused_before_its_hulls_are_made(monkeypatch
     """1,000 strands: the hulls are the most of it."""
     snapshot = strands.snapshot([strands.tuft(1000, 5, 0.02, "RIBBON")])
     made = []
-    monkeypatch.setattr("pt_engine.scene.prepare.hulls", lambda *a: made.append(1) or hulls(*a))
+    make_one = Hulls._mesh
+    monkeypatch.setattr(Hulls, "_mesh", staticmethod(lambda *a: made.append(1) or make_one(*a)))
     with pytest.raises(TooLarge, match=r"and 1\.00 MB are left: [0-9,]+ triangles"):
         prepare(snapshot, memory=1_000_000)
     assert not made

@@ -12,10 +12,10 @@ from pt_engine.render.path_state import leave
 from pt_engine.scene import nearer
 from pt_engine.scene.accel import FAR, MISS
 from pt_engine.scene.features import ON
-from pt_engine.scene.hulls import hulls
+from pt_engine.scene.hulls import Hulls
 from pt_engine.scene.prepare import prepare
+from pt_engine.scene.round_accel import RoundAccel
 from pt_engine.scene.snapshot import Graph, Link, Node
-from pt_engine.scene.strands import sampled
 from pt_engine.scene.wave import Rays
 
 N = 20_000
@@ -129,9 +129,8 @@ def test_rays_that_leave_a_strand_neither_meet_it_again_nor_slip_through_others(
 
 def test_rays_on_the_edges_of_hulls_go_on(monkeypatch):
     """What is beyond one triangle may be before its neighbour: of 40,000 none passes 4,096, but 20 or so."""
-    hair, rng, count = tuft(8, 6, 0.05, "THICK"), np.random.default_rng(0), 40_000
-    snap = snapshot([hair])
-    scene, hull = prepare(snap), hulls(snap, [sampled(hair)])[0]
+    snap, rng, count = snapshot([tuft(8, 6, 0.05, "THICK")]), np.random.default_rng(0), 40_000
+    scene, hull = prepare(snap), Hulls(snap).meshes[0]
     a, b, _ = hull.vertices[hull.triangles[rng.integers(0, len(hull.triangles), count)]].transpose(1, 0, 2)
     target, d = a + rng.random((count, 1)) * (b - a) - scene.geometry.origin, random_directions(count)
     o, d = (np.ascontiguousarray(x.T, np.float32) for x in (target - 3 * d, d))
@@ -271,3 +270,17 @@ def test_points_without_a_place_or_a_radius_are_not_there():
     shot = shoot(scene, o, d)
     hit = np.isin(np.arange(N), shot.lanes)
     np.testing.assert_array_equal(hit, np.hypot(x, o[:, 2] + 0.5) < 0.1)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("radius", [1e-5, 1e-7])
+def test_rays_from_afar_pass_thin_hulls_in_a_few_steps(shape, radius, monkeypatch):
+    """From 100 away a ray is known to 1e-5: it must not go from one side of a prism to the next for ever."""
+    scene = prepare(snapshot([strand([(-1, 0, 0), (1, 0.5, 0)], radius, shape)]))
+    rng, steps = np.random.default_rng(3), []
+    tried = RoundAccel._tried
+    monkeypatch.setattr(RoundAccel, "_tried", lambda *args: steps.append(1) or tried(*args))
+    way = rng.uniform(-1, 1, N)
+    o = np.stack([way, (way + 1) / 4 + rng.uniform(-3e-5, 3e-5, N), np.full(N, 100.0)], axis=1)
+    shoot(scene, o, np.tile([0.0, 0.0, -1.0], (N, 1)))
+    assert 0 < len(steps) <= 40

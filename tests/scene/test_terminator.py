@@ -64,6 +64,26 @@ def test_height_over_a_sphere():
     assert h.max() > 0.05
 
 
+@pytest.mark.parametrize("share", [1.0, 0.75, 0.25, 0.0])
+def test_the_lift_fades_in_from_the_cutoff_on(share):
+    """A ray at ng·ω = (1 − share) c, n·ω > c: 2 − (ng·ω + c)/c = share of the height, and the bound."""
+    cutoff = 0.2
+    scene = prepare(ball(cutoff=cutoff))
+    si, _ = seen(scene)
+    si.ns = (si.p / np.sqrt((si.p**2).sum(axis=0))).astype(np.float32)
+    along = np.cross(np.cross(si.ng, si.ns, axis=0), si.ng, axis=0)  # down the triangle, where n leans
+    some = np.flatnonzero(np.linalg.norm(along, axis=0) > 0.3)
+    si, along = si.take(some), along[:, some] / np.linalg.norm(along[:, some], axis=0)
+    cosine = (1 - share) * cutoff
+    wo = (cosine * si.ng + np.sqrt(1 - cosine**2) * along).astype(np.float32)
+    o = si.p.copy()
+    scene.terminator.lift(scene, si, wo, o, np.full(si.size, 1e30, np.float32))
+    lifted = np.linalg.norm(o - si.p - si.bound * si.ng * (share > 0), axis=0)
+    expected = share * np.linalg.norm(height(scene, si, si.ng), axis=0)
+    assert expected.max() > 0.01 or share == 0
+    np.testing.assert_allclose(lifted, expected, atol=3e-6)
+
+
 def test_nothing_moves_on_flat_meshes_nor_without_an_offset():
     for snapshot in (ball(smooth=False), ball(cutoff=0.0), replace_none(ball()), ball(cutoff=float("nan"))):
         scene = prepare(snapshot)
