@@ -243,7 +243,7 @@ class Hulls:
 
     def outlines(self) -> tuple[MeshData, ...]:
         """Meshes of the same sizes that take no memory: so it is known before whether these fit."""
-        found = []
+        found: list[MeshData] = []
         for thing, source in zip(self._things, self.sources, strict=True):
             mapped = bool(thing.uvs or thing.colors)
             if isinstance(source, Samples):
