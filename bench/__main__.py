@@ -1,14 +1,15 @@
 """`python -m bench stages|renders|memory|textures|all`: measure, write JSON, and with `all` docs/numbers.md.
 
-`python -m bench materials` writes docs/materials-speed.md.
+`python -m bench materials` writes docs/materials-speed.md, `instances` docs/instances.md (with PT_SCENES set,
+for an artist's file, too), `motion` docs/motion-blur.md.
 
 `python -m bench gallery` writes docs/gallery.md and its pictures (beside --json FILE, if that is given).
 
 `python -m bench page` writes docs/numbers.md from what the last separate measurements left.
 
 Other pages are made by modules of their own (`python -m bench.NAME --help`): against Cycles by parity, items,
-references and materials_library; about errors by calibration and error_growth; about speed and memory by
-export, instances, many_lights and motion.
+references and materials_library; about errors by calibration and error_growth; about speed by export and
+many_lights.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +58,11 @@ def gallery_page(arguments: argparse.Namespace) -> None:
     from .gallery import written
 
     written(arguments)
+
+
+def page_of_its_own(arguments: argparse.Namespace) -> None:
+    """Let a module measure and write its page."""
+    import_module(f".{arguments.what}", __package__).main()
 
 
 def numbers_page(arguments: argparse.Namespace) -> None:
@@ -124,7 +131,12 @@ def measured_textures(arguments: argparse.Namespace) -> Any:
     return textures()
 
 
-PAGES = {"materials": materials_page, "gallery": gallery_page}
+PAGES = {
+    "materials": materials_page,
+    "gallery": gallery_page,
+    "instances": page_of_its_own,
+    "motion": page_of_its_own,
+}
 MEASUREMENTS = {
     "renders": measured_renders,
     "stages": measured_stages,

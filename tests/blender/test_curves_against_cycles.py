@@ -1,7 +1,7 @@
 """Hair and point clouds against Cycles: small files made here, each image z-tested.
 
 1 % of the image's mean is allowed beyond the noise: ribbons' pieces are not cut at the same places, and tubes
-let 0.2 % more light through than Cycles', whose ends are closed: seen into their ends ours are hollow.
+let 0.2 % more light through than Cycles', which are as open at their ends, but have inner walls.
 Hair BSDF only toward a sun without bounces: under a sky Cycles' sampler adds light (see
 `nodes.hair`).
 """
