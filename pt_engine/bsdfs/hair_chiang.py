@@ -271,7 +271,7 @@ def sample(params: Params, wi: Float32, u0: Float32, u1: Float32, u2: Float32) -
         chosen = (left < probability) & ~chosen_before if p < 3 else ~chosen_before
         u = np.minimum(left / np.maximum(probability, 1e-20), ONE)
         angle = turn(hair, p) + draw_azimuth(u2, params.s) if p < 3 else np.float32(2.0 * PI) * u2
-        sine_o += chosen * _draw_sine(*tilted(hair, params.alpha, p), lobe_variance(params, p), u, u1)
+        sine_o += chosen * draw_sine(*tilted(hair, params.alpha, p), lobe_variance(params, p), u, u1)
         phi += chosen * angle
         lobe += chosen * np.float32(p > 0)
         left = left - probability
@@ -285,7 +285,7 @@ def sample(params: Params, wi: Float32, u0: Float32, u1: Float32, u2: Float32) -
     return BSDFSample(wo, pdf, weight, bits)
 
 
-def _draw_sine(sine: Float32, cosine: Float32, v: Float32, u: Float32, u1: Float32) -> Float32:
+def draw_sine(sine: Float32, cosine: Float32, v: Float32, u: Float32, u1: Float32) -> Float32:
     """sinθo by M: d'Eon et al. 2013, "Importance Sampling for Physically-Based Hair Fiber Models"."""
     floor = np.exp(-2.0 / v)
     u = np.maximum(u, 1e-5)
