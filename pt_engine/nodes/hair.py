@@ -26,6 +26,9 @@ Float32 = NDArray[np.float32]
 EUMELANIN: Final = np.array([0.506, 0.841, 1.653], np.float32)[:, np.newaxis]
 PHEOMELANIN: Final = np.array([0.343, 0.733, 1.924], np.float32)[:, np.newaxis]
 
+IN_CYCLES: Final = "on meshes Cycles drops light of some lamps, as if the normal were bumped; here not"
+LONG_INSIDE: Final = "; as Cycles' sampler has it: toward lamps it lacks light reflected inside thrice or more"
+
 
 # ------------------------------------------------------------------ where the hair lies
 
@@ -144,8 +147,8 @@ def own_random(lanes: Any, otherwise: Float32) -> Float32:
 @shader("BsdfHairPrincipled")
 def principled_hair(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
     """Chiang's model or Huang's."""
-    n.approximate("on meshes Cycles drops light of some lamps, as if the normal were bumped; here not")
     huang = n.prop("model", "CHIANG") == "HUANG"
+    n.approximate(IN_CYCLES + (LONG_INSIDE if huang else ""))
     random, spread = randomness(n), n.float("Random Roughness")
     rough = n.call(varied, n.float("Roughness", 0.3), random, spread)
     around = rough if huang else n.call(varied, n.float("Radial Roughness", 0.3), random, spread)
