@@ -223,7 +223,7 @@ def sample(params: Params, wi: Float32, u0: Float32, u1: Float32, u2: Float32) -
     spare = np.minimum(np.maximum(left - bounds[2], 0.0) / np.maximum(probability[3], 1e-20), 1.0)
     wo = normalize(np.where(rest, _at_random(hair, spare, u1, u2), leaving))
     value, pdf = _eval(hair, ways, wo)
-    good = (good | rest) & (pdf > 0)
+    good = np.where(rest, probability[3] > 0, good) & (pdf > 0)
     weight = value * good / (pdf + (pdf <= 0))
     return BSDFSample(out_of(hair, wo), pdf, weight, Lobe.GLOSSY)
 

@@ -139,6 +139,17 @@ def test_ways_are_drawn_evenly() -> None:
     assert means[0] == pytest.approx(means[1], abs=5 * error)
 
 
+def test_ways_that_carry_no_light_are_not_sampled() -> None:
+    """The rest alone: each way's share of it, or nothing where a way ends at scales that look away."""
+    n, wi = 40_000, direction(0.3)
+    p = hair(0.6, 0.1, sigma=CLEAR, n=n, strength=CLEAR)
+    seen = hair_huang.section(p, repeat(wi, n))
+    shares = np.stack([way.share[3, 0] for way in hair_huang.chains(p, seen)])
+    assert (shares == 0).mean() > 0.05
+    mean, error = mean_weight(p, wi, n)
+    assert mean == pytest.approx(shares.mean(), abs=5 * error)
+
+
 @pytest.mark.parametrize(("rough", "aspect", "eta"), [(1e-4, 1.0, 1.0), (0.05, 0.1, 0.5), (1.0, 3.0, 100.0)])
 def test_hostile_numbers_stay_finite(rough: float, aspect: float, eta: float) -> None:
     p = hair(rough, 0.2, aspect, 0.5, sigma=f32(0.0, 1e3, 1e6), eta=eta)
