@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..core import frames
-from ..core.vectors import cross, dot
+from ..core.vectors import cross, dot, normalize
 from .base import Float32
 from .microfacet import INV_PI, PI, TINY
 
@@ -38,6 +38,6 @@ def visible_normal(w: Float32, m: Float32, z: Float32, alpha: Float32, u1: Float
     sine = np.sqrt(np.maximum(q * (2.0 - q), 0.0))
     phi = u1 * np.float32(2.0 * PI)
     s, t = frames.frame(m)
-    h = alpha * ((sine * np.cos(phi)) * s + (sine * np.sin(phi)) * t + inverse * side) + (above - q) * m
-    h *= 1.0 / np.sqrt(dot(h, h) + TINY)
-    return h
+    across = (sine * np.cos(phi)) * s + (sine * np.sin(phi)) * t + inverse * side
+    h: Float32 = alpha * across + (above - q) * m
+    return normalize(h)

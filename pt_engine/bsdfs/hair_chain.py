@@ -1,16 +1,16 @@
 """One way of light through a hair of elliptic section: where it enters, and which facets it meets.
 
-The section's axes are X (the longer one, half 1) and Z (half b), the hair is along Y. The point of parameter
-γ is p = (sinγ, b cosγ), its outward normal n ∝ (b sinγ, cosγ). Light that hits at the offset h of the radius
-r that it sees has
+The section's axes are X (the longer one, half 1) and Z (half b); the hair is along Y. At the parameter γ the
+point is (sinγ, b cosγ) and its outward normal n ∝ (b sinγ, cosγ). What wi sees of it is r = √(cos²φi + b²
+sin²φi) to either side, and light that hits at the offset h of that comes in at
 
-    sinγ = (h cosφi − b sinφi √(1 − h²))/−r  …        (sinγ, cosγ) turns (−h, √(1 − h²)) into the ellipse's frame
+    γ = atan2(cosφi, −b sinφi) − acos(−h)
 
-Between two of its points light moves as in a circle whose Z has been stretched by 1/b: with the direction d
-there, the inward normal's parameter is q = 2 (p·d) d − p, the way 2|p·d| times the shrinking back.
+With Z stretched by 1/b the section is a circle. Light from p = (sinγ, cosγ) that moves along d there meets
+the wall where the inward normal's parameter is q = 2(p·d)d − p, after a way of 2|p·d| (unstretched).
 
-Scales tilt the facets' mean normal (the mesonormal) by −τ where light enters, and by τ inside, where normals
-look inward. Facets are GGX (`facets`), drawn from those visible; what they lose between them is made up for
+Scales tilt the facets' mean normal m ("mesonormal") by −τ where light enters and by τ inside, where normals
+look inward. Facets are GGX (`facets`), drawn from the visible ones; what is lost between them is made up for
 as in rough glass, by 1/E. Huang, Hullin and Hanika 2022, "A Microfacet-based Hair Scattering Model".
 """
 
@@ -19,11 +19,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.vectors import dot, mean3, reflect
 from . import energy, facets, fresnel
 from .base import Float32
 from .microfacet import masking_ratio
+
+Bool = NDArray[np.bool_]
 
 LEAST = np.float32(0.05)  # of the light that leaves at a facet, in the estimates that choose lobes
 EDGE = np.float32(1 - 1e-6)
@@ -49,7 +52,7 @@ class Wall(NamedTuple):
     n: Float32
     z: Float32
     t: Float32
-    open: Float32
+    open: Bool
 
 
 def wall(w: Float32, p: Float32, b: Float32, tilt: tuple[Float32, Float32], a2: Float32) -> Wall:
@@ -115,51 +118,53 @@ def trace(wi: Float32, offset: Float32, u: Float32, hair: Matter, strength: Floa
     """
     p = entry(wi, offset, hair.b)
     first = wall(wi, p, hair.b, (hair.sine, hair.cosine), hair.a2)
-    h = facets.visible_normal(wi, first.m, first.z, hair.alpha, u[0], u[1])
-    c = np.maximum(dot(wi, h), 0.0)
-    f1, g = fresnel.dielectric(c, hair.eta)
-    wt = hair.inverse * ((c - g) * h - wi)
-    scale1 = gain(hair.alpha, hair.eta, first.z)
-    ok = first.open & (dot(wi, h) > 0) & (dot(wt, first.n) < 0)
-    entered = (1.0 - f1) * scale1 * kept(first, wt, hair.a2) * ok
+    h, f1, g = facet(first, hair.alpha, hair.eta, u[:2])
+    wt = hair.inverse * ((dot(wi, h) - g) * h - wi)
+    scale = gain(hair.alpha, hair.eta, first.z)
+    entered = (1.0 - f1) * scale * kept(first, wt, hair.a2)
+    entered = entered * (first.open & (dot(wi, h) > 0) & (dot(wt, first.n) < 0))
 
+    inward = -hair.sine, hair.cosine
     q, way = across(p, wt, hair.b)
-    second = wall(-wt, q, hair.b, (-hair.sine, hair.cosine), hair.a2)
+    second = wall(-wt, q, hair.b, inward, hair.a2)
     through = attenuation(hair.sigma, way, wt)
-    scale2 = gain(hair.alpha, hair.inverse, second.z)
-    arrived = (entered * scale2 * second.open) * through
+    arrived = (entered * gain(hair.alpha, hair.inverse, second.z) * second.open) * through
 
-    h = facets.visible_normal(second.w, second.m, second.z, hair.alpha, u[2], u[3])
-    c = np.maximum(dot(second.w, h), 0.0)
-    f2, _ = fresnel.dielectric(c, hair.inverse)
+    h, f2, _ = facet(second, hair.alpha, hair.inverse, u[2:4])
     back = reflect(second.w, h)  # into the hair
     q, way = across(-q, back, hair.b)
-    third = wall(-back, q, hair.b, (-hair.sine, hair.cosine), hair.a2)
+    third = wall(-back, q, hair.b, inward, hair.a2)
     again = attenuation(hair.sigma, way, back)
-    scale3 = gain(hair.alpha, hair.inverse, third.z)
-    returned = arrived * again * (f2 * scale3 * kept(second, back, hair.a2) * third.open)
+    returned = gain(hair.alpha, hair.inverse, third.z) * kept(second, back, hair.a2) * third.open
+    returned = arrived * again * (f2 * returned)
 
-    h = facets.visible_normal(third.w, third.m, third.z, hair.alpha, u[4], u[5])
-    c = np.maximum(dot(third.w, h), 0.0)
-    f3, _ = fresnel.dielectric(c, hair.inverse)
-    mean_way = np.sqrt(through * again)
-    leaving = np.maximum(0.5 * (1.0 - f2) + 0.5 * (1.0 - f3), 1e-5)
-    rest = mean_way * leaving / (1.0 - mean_way * (1.0 - leaving))
-    rest = returned * rest * (f3 * kept(third, reflect(third.w, h), hair.a2))
+    h, f3, _ = facet(third, hair.alpha, hair.inverse, u[4:])
+    rest = returned * (f3 * kept(third, reflect(third.w, h), hair.a2))
+    rest = rest * escaping(np.sqrt(through * again), 1.0 - 0.5 * (f2 + f3))
 
-    white = np.broadcast_to(scale1 * first.open, returned.shape)
-    share = np.stack([white, arrived, returned, rest])
+    white = np.broadcast_to(scale * first.open, returned.shape)
+    share: Float32 = np.stack([white, arrived, returned, rest])
     if strength is not None:
         share[:3] *= strength[:, np.newaxis]
-    likely = (
-        0.5 * f1 + 0.5 * outer(first, hair.eta),
-        leaves(f2, second, hair.inverse),
-        leaves(f3, third, hair.inverse),
-        1.0,
-    )
-    grey = np.stack([mean3(s) * x for s, x in zip(share, likely, strict=True)])
+    at_once = 0.5 * (f1 + outer(first, hair.eta))
+    likely = at_once, leaves(f2, second, hair.inverse), leaves(f3, third, hair.inverse)
+    grey = np.stack([*(mean3(s) * x for s, x in zip(share[:3], likely, strict=True)), mean3(rest)])
     total = grey[0] + grey[1] + grey[2] + grey[3]
     return Chain((first, second, third), share, grey / np.maximum(total, 1e-20))
+
+
+def facet(at: Wall, alpha: Float32, eta: Float32, u: Float32) -> tuple[Float32, Float32, Float32]:
+    """A visible facet's normal, and F and g = η cosθt there (`fresnel.dielectric`); u (2, N)."""
+    h = facets.visible_normal(at.w, at.m, at.z, alpha, u[0], u[1])
+    return h, *fresnel.dielectric(np.maximum(dot(at.w, h), 0.0), eta)
+
+
+def escaping(passed: Float32, leaving: Float32) -> Float32:
+    """(3, N) of light inside, `passed` on each way across, what leaves in the end: Σ A^k (1 − L)^(k−1) L."""
+    least: Float32 = np.maximum(leaving, 1e-5)
+    share: Float32 = passed * least
+    share /= 1.0 - passed * (1.0 - least)
+    return share
 
 
 def outer(at: Wall, eta: Float32) -> Float32:
@@ -176,18 +181,17 @@ def leaves(f: Float32, at: Wall, inverse: Float32) -> Float32:
 def entry(wi: Float32, offset: Float32, b: Float32) -> Float32:
     """(2, N) sinγ and cosγ of the point that wi hits."""
     x, z = -b * wi[0], wi[2]
-    inverse = 1.0 / np.sqrt(x * x + z * z + 1e-30)
+    inverse: Float32 = 1.0 / np.sqrt(x * x + z * z + 1e-30)
     x, z = x * inverse, z * inverse
-    h = np.minimum(np.maximum(offset, -EDGE), EDGE)
-    root = np.sqrt((1.0 - h) * (1.0 + h))
-    # γ = atan2(z, x) − acos(−h)
+    h: Float32 = np.minimum(np.maximum(offset, -EDGE), EDGE)
+    root: Float32 = np.sqrt((1.0 - h) * (1.0 + h))
     return np.stack([-h * z - root * x, root * z - h * x])
 
 
 def across(p: Float32, d: Float32, b: Float32) -> tuple[Float32, Float32]:
     """Parameter (2, N) of the inward normal where light from p, moving along d, meets the wall; its way."""
     x, z = d[0], d[2] / b
-    inverse = 1.0 / np.sqrt(x * x + z * z + 1e-30)
+    inverse: Float32 = 1.0 / np.sqrt(x * x + z * z + 1e-30)
     x, z = x * inverse, z * inverse
     twice = 2.0 * (p[0] * x + p[1] * z)
     bz = b * z
@@ -203,5 +207,5 @@ def attenuation(sigma: Float32, way: Float32, d: Float32) -> Float32:
 
 def gain(alpha: Float32, eta: Float32, z: Float32) -> Float32:
     """1/E: what facets of rough glass lose between them."""
-    g: Float32 = 1.0 / np.maximum(energy.glass_albedo(alpha, eta, np.maximum(z, 0.0)), 1e-2)
-    return g
+    albedo: Float32 = np.maximum(energy.glass_albedo(alpha, eta, np.maximum(z, 0.0)), 1e-2)
+    return np.reciprocal(albedo)

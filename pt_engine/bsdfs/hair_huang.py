@@ -1,15 +1,16 @@
-"""Hair as a rough dielectric cylinder of elliptic section, with facets: Blender's Principled Hair after Huang.
+"""Hair as a rough dielectric fibre of elliptic section: Blender's Principled Hair after Huang.
 
-f = E[Σ_lobes share · facet], over the offset h at which light hits, even on the radius, and over the facets
-that it meets before the last one (`hair_chain`): reflected at once (R), leaving at its second wall (TT) or at
-its third (TRT), where the last facet's GGX lobe is known in closed form,
+f = E[Σ share · last facet], over the offset h at which light hits, even on what wi sees of the hair, and over
+the facets that it meets before the last one (`hair_chain`). It is reflected at once (R), or leaves at its
+second wall (TT) or at its third (TRT): the last facet's GGX lobe is known in closed form (`reflected`,
+`refracted`). All the rest is M(θi, θo)/2π after d'Eon (`hair_chiang`), of variance 4α.
 
-    R           2 D(h)/4(zi + ti) · F · G2/G1                   TT, TRT     as in `interface`, from inside
-    the rest    M(θi, θo)/2π after d'Eon (`hair_chiang`), v = 4α
+The expectation has no closed form. This is the model for `CHAINS` given ways, whose random numbers are
+parameters: drawn anew at each point that is shaded they make f an unbiased estimate, while the value, density
+and samples of one point belong together, so that all of `base`'s contract holds.
 
-The expectation is not known. This is the model for `CHAINS` given ways through the hair, whose random numbers
-are parameters: drawn anew at each point, they make f an unbiased estimate, while value, density and samples of
-one point belong together. Huang, Hullin and Hanika 2022; what differs from the paper is as in Cycles' sampler.
+Huang, Hullin and Hanika 2022, "A Microfacet-based Hair Scattering Model". Shares are those with which Cycles
+samples; its own evaluation toward lamps has tilted scales and the rest otherwise, and not all of the energy.
 
 The frame's tangent is the hair's; its normal has no meaning here.
 """
@@ -30,7 +31,7 @@ Int8 = NDArray[np.int8]
 Bool = NDArray[np.bool_]
 
 TRANSMITS = True
-CHAINS = 2
+CHAINS = 2  # 1 costs half and is better under a sky, 4 toward small lamps
 PI = float(np.pi)
 LEAST_ROUGHNESS = 1e-3
 NEAREST_INDEX = 1e-3  # |η − 1| below which light would pass within a lobe too narrow for float32
@@ -101,7 +102,7 @@ class Section(NamedTuple):
 def section(params: Params, wi: Float32) -> Section:
     """The section's frame."""
     a = np.maximum(np.minimum(params.alpha, 1.0), LEAST_ROUGHNESS)
-    eta = np.maximum(params.eta, LEAST_ROUGHNESS)
+    eta: Float32 = np.maximum(params.eta, LEAST_ROUGHNESS)
     eta = eta + (np.abs(eta - 1.0) < NEAREST_INDEX) * (1.0 + NEAREST_INDEX - eta)
     b = np.minimum(np.maximum(params.aspect, 1e-2), 1e2)
     along = np.minimum(np.maximum(wi[0], -1.0), 1.0)
@@ -113,7 +114,8 @@ def section(params: Params, wi: Float32) -> Section:
     seen = np.sqrt(c * c + (b * s) * (b * s))
     there = np.stack([width * s, along, width * c])
     sigma = np.maximum(params.sigma, 0.0)
-    matter = Matter(a, a * a, eta, 1.0 / eta, b, np.sin(params.tilt), np.cos(params.tilt), sigma)
+    inverse_eta: Float32 = np.reciprocal(eta)
+    matter = Matter(a, a * a, eta, inverse_eta, b, np.sin(params.tilt), np.cos(params.tilt), sigma)
     return Section(there, axis, seen, matter)
 
 
@@ -164,7 +166,8 @@ def refracted(at: Wall, inverse: Float32, a2: Float32, wo: Float32) -> tuple[Flo
     pdf = facets.density(at.m, h, a2) * (2.0 * inverse * inverse) * np.abs(ih * oh)
     pdf /= at.z + at.t + (at.z <= 0)
     pdf *= at.open & (ih * oh < 0) & (ih * dot(at.m, h) > 0) & (dot(at.n, wo) < 0)
-    cos: Float32 = np.abs(ih) / np.sqrt(dot(h, h) + 1e-20)
+    cos: Float32 = np.abs(ih)
+    cos /= np.sqrt(dot(h, h) + 1e-20)
     passed = 1.0 - fresnel.dielectric(np.minimum(cos, 1.0), inverse)[0]
     pdf *= passed > 0
     return passed * kept(at, wo, a2) * pdf, pdf

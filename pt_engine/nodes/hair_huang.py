@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from ..core import keyed, vectors
 from ..core.hashing import to_unit_interval
 from ..core.raykind import RayKind
+from .geometry_nodes import true_normal
 from .graph import NodeView
 from .ir import COLOR, FLOAT, VECTOR, Value, lane_op, op
-from .geometry_nodes import true_normal
 from .round_nodes import on_strand
 from .surface import SurfaceBuilder, is_constantly
 
@@ -62,15 +62,17 @@ def pixel_blur(lanes: Any) -> Float32:
 @op(FLOAT)
 def shorter(aspect: Float32, strand: Float32) -> Float32:
     """The axes' ratio, on strands the shorter over the longer."""
-    ratio: Float32 = np.maximum(aspect, 1e-3)
-    return np.where((strand > 0) & (ratio > 1), 1 / ratio, ratio).astype(np.float32)
+    ratio = np.maximum(aspect, np.float32(1e-3))
+    turned: Float32 = np.where((strand > 0) & (ratio > 1), 1 / ratio, ratio).astype(np.float32)
+    return turned
 
 
 @op(FLOAT)
 def beside(h: Float32, phi: Float32, b: Float32) -> Float32:
     """1 where a ray that hits the round hair passes the flat one."""
     c, s = np.cos(phi), b * np.sin(phi)
-    return (h * h >= c * c + s * s).astype(np.float32)
+    missed: Float32 = (h * h >= c * c + s * s).astype(np.float32)
+    return missed
 
 
 @op(VECTOR)

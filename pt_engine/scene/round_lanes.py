@@ -70,10 +70,8 @@ def strand_normal(lanes: Lanes, along: Float32) -> Float32:
     if rounds is None or ("strand normal", "") not in lanes.scene.layers:
         across = np.zeros_like(along)
     else:
-        at = (row.take(rounds.curves) for row in (si.prim, si.instance, si.u, si.v))
-        everywhere = np.zeros((3, lanes.n), np.float32)
-        everywhere[:, rounds.curves] = lanes.scene.layer("strand normal", "").at(*at)
-        across = lanes.to_world_normal(everywhere).take(rounds.curves, axis=1)
+        normal = lanes.scene.layer("strand normal", "").at(si.prim, si.instance, si.u, si.v)
+        across = lanes.to_world_normal(normal).take(rounds.curves, axis=1)
     across = vectors.normalize(across - vectors.dot(across, along) * along)
     lost = np.flatnonzero(~(vectors.dot(across, across) > 0.5))
     if len(lost):

@@ -169,7 +169,7 @@ class CurvesData:
     generated : (C, 3) float32 or None
         Generated coordinates; None for those of the object.
     normals : (P, 3) float32 or None
-        Across the curves, along the longer axis of flat hair; None where nothing asks for them, or nobody knows.
+        Along the longer axis of flat hair; None where nothing asks for them, or nobody knows.
     """
 
     name: str

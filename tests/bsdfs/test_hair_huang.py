@@ -92,7 +92,7 @@ def test_clear_hair_in_a_white_furnace_vanishes(
 
 @pytest.mark.parametrize("h", [0.0, 0.6, -0.9])
 def test_smooth_hair_shares_out_light_as_a_cylinder_does(h: float) -> None:
-    """R, TT, TRT and the rest: F, (1 − F)²T, (1 − F)²T²F ..., as in Chiang's model, where facets are mirrors."""
+    """R, TT, TRT and the rest: F, (1 − F)²T, (1 − F)²T²F ..., as in Chiang's model: facets are mirrors."""
     n, wi = 4000, direction(0.8, 0.9)
     v = hair_chiang.variance(f32(0.3))
     smooth = hair_chiang.Params(v, v, hair_chiang.scale(f32(0.3)), f32(0.0), f32(1.55), BROWN, f32(h))
@@ -132,9 +132,7 @@ def test_ways_are_drawn_evenly() -> None:
     powers = 1.1 ** np.arange(1, 8)[:, np.newaxis]
     lattice = ((np.arange(n) + 0.5) / powers * np.sqrt(2) % 1).astype(np.float32)
     grid = hair(0.3)._replace(enters=lattice[:3], inside=lattice[3:6], last=lattice[6])
-    value = [
-        hair_huang.eval_pdf(p, repeat(wi, n), repeat(wo, n))[0][0] for p in (hair(0.3, n=n), grid)
-    ]
+    value = [hair_huang.eval_pdf(p, repeat(wi, n), repeat(wo, n))[0][0] for p in (hair(0.3, n=n), grid)]
     means, error = [v.mean() for v in value], value[0].std() / np.sqrt(n)
     assert means[0] == pytest.approx(means[1], abs=5 * error)
 
