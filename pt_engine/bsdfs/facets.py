@@ -39,5 +39,6 @@ def visible_normal(w: Float32, m: Float32, z: Float32, alpha: Float32, u1: Float
     phi = u1 * np.float32(2.0 * PI)
     s, t = frames.frame(m)
     across = (sine * np.cos(phi)) * s + (sine * np.sin(phi)) * t + inverse * side
-    h: Float32 = alpha * across + (above - q) * m
+    h: Float32 = alpha * across
+    h += (above - q) * m
     return normalize(h)
