@@ -38,7 +38,7 @@ def visible_normal(w: Float32, m: Float32, z: Float32, alpha: Float32, u1: Float
     sine = np.sqrt(np.maximum(q * (2.0 - q), 0.0))
     phi = u1 * np.float32(2.0 * PI)
     s, t = frames.frame(m)
-    across = (sine * np.cos(phi)) * s + (sine * np.sin(phi)) * t + inverse * side
-    h: Float32 = alpha * across
-    h += (above - q) * m
+    toward = (sine * np.cos(phi)) * s + (sine * np.sin(phi)) * t + inverse * side
+    h: Float32 = (above - q) * m
+    h += alpha * toward
     return normalize(h)
