@@ -32,10 +32,11 @@ def density(m: Float32, h: Float32, a2: Float32) -> Float32:
 def visible_normal(w: Float32, m: Float32, z: Float32, alpha: Float32, u1: Float32, u2: Float32) -> Float32:
     """A facet's unit normal (3, N), drawn from those about m that w sees: see `microfacet.GGX`."""
     side = alpha * (w - z * m)
-    inverse = 1.0 / np.sqrt(dot(side, side) + z * z + TINY)
+    length: Float32 = np.sqrt(dot(side, side) + z * z + TINY)
+    inverse = np.reciprocal(length)
     above = 1.0 + z * inverse
     q = u2 * above
-    sine = np.sqrt(np.maximum(q * (2.0 - q), 0.0))
+    sine: Float32 = np.sqrt(np.maximum(q * (2.0 - q), 0.0))
     phi = u1 * np.float32(2.0 * PI)
     s, t = frames.frame(m)
     toward = (sine * np.cos(phi)) * s + (sine * np.sin(phi)) * t + inverse * side
