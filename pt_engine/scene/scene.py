@@ -193,7 +193,7 @@ class Scene:
         asks = asks or self.has_catchers  # rays that see them alone are of kinds
         asks = asks or self.lights.restrictions is not None or self.reach.linking is not None
         self.tracks_history = self.transparent_surfaces or asks
-        self._looks_around = "traced" in needs
+        self._looks_around = bool(needs & {"traced", "random numbers"})
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
