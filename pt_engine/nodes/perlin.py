@@ -86,7 +86,7 @@ class Cloud(NamedTuple):
         size = max(p.shape[-1] for p in point)
         if size == 0:
             return cls(point, 0, np.zeros(len(point), np.float32), np.zeros(len(point), np.float32))
-        return cls(point, size, np.array([p.min() for p in point]), np.array([p.max() for p in point]))
+        return cls(point, size, np.array([np.min(p) for p in point]), np.array([np.max(p) for p in point]))
 
 
 def signed_noise(point: Point, room: Room | None = None) -> Float32:
