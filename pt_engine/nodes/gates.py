@@ -135,7 +135,9 @@ def behind(gates: tuple[int, ...], step: Step) -> Step:
         given, masks = arguments[: -len(gates)], arguments[-len(gates) :]
         if any(mask.size == 1 or mask.all() for mask in masks):
             return own(*given)
-        is_open = np.logical_or.reduce([mask != 0 for mask in masks])
+        is_open = masks[0] != 0
+        for mask in masks[1:]:
+            is_open |= mask != 0
         lanes = np.flatnonzero(is_open)
         results = [np.zeros((is_open.size,) if t == FLOAT else (3, is_open.size), np.float32) for t in types]
         if len(lanes):
