@@ -112,7 +112,8 @@ def scaled_noise(cloud: Cloud, scale: Float32) -> Float32:
     ends = cloud.ends(scale)
     shift, grid = _common_shift(ends), None
     if shift is not None and size >= FEW:
-        grid = Grid.between(*np.floor(_shifted(np.array(ends, np.float32), shift)).T.tolist(), size)
+        first, last = np.floor(_shifted(np.array(ends, np.float32), shift)).T.tolist()
+        grid = Grid.between(first, last, size)
     count = -(-(size << dimension) // BLOCK)
     n = -(-size // count)
     m = n + n % 2  # lanes go in pairs
