@@ -264,7 +264,7 @@ def vector_rotate_node(n: NodeView) -> Outputs:
     return {"Vector": n.call(rotate_about, vector, center, axis, angle)}
 
 
-@lane_op(VECTOR)
+@lane_op(VECTOR, reads=lambda kind, *spaces: ("view",) if "CAMERA" in spaces else ())
 def change_space(lanes: Any, kind: str, source: str, target: str, vector: Float32) -> Float32:
     """Between world, object and camera space, as a vector, a point or a normal, by way of the world."""
     v = np.ascontiguousarray(np.broadcast_to(vector, (3, lanes.n)))

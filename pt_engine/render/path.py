@@ -27,7 +27,7 @@ class PathActive(Integrator):
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
         # Loop state, one column per living path: β throughput 1, L radiance 0, pdf ∞ (Dirac)
-        path = PathState.start(sampler, scene.tracks_history, scene.history(rays))
+        path = PathState.start(sampler, scene.tracks_history, scene.history(rays), self.clamp)
         front = Wavefront(self, scene, path.size)  # keeps L of paths that have ended
 
         for bounce in range(self.max_depth + scene.transparent_surfaces * self.transparent_depth):
