@@ -102,8 +102,11 @@ def scaled_noises(point: Point, lacunarity: Float32, count: int) -> Iterator[Flo
         if some[-1].size == 1 and len(some) == 1:
             yield scaled_noise(cloud, some[0])
             continue
-        wide = [np.concatenate([np.broadcast_to(p * s, size) for s in some]) for p in point]
-        yield from signed_noise(wide).reshape(len(some), size)
+        wide = np.empty((len(point), len(some), size), np.float32)
+        factors = np.stack(some if some[0].size == some[-1].size else np.broadcast_arrays(*some))
+        for row, p in zip(wide, point, strict=True):
+            np.multiply(p, factors, out=row)
+        yield from signed_noise(list(wide.reshape(len(point), -1))).reshape(len(some), size)
 
 
 def _normalized(total: Float32, reach: Float32, normalize: bool) -> Float32:
