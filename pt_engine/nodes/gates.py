@@ -37,12 +37,29 @@ class Gates:
         self._steps = list(steps)
         self._maker = {s.first + k: n for n, s in enumerate(steps) for k in range(len(s.op.types))}
         self._first = [[self._maker[a.number] for a in s.args if not a.constant] for s in steps]
+        self._needed = [0] * len(steps)  # bit k: not before step k
+        for number in range(len(steps)):
+            self._needed[number] = self._with_needs(number)
+        self._zeros: dict[int, list[int]] = {}
         self.of: list[tuple[int, ...]] = [()] * len(steps)
         read = self._read_behind(read_where)
         for number, step in enumerate(steps):
             if step.op.dear and ALWAYS not in read[number]:
                 self.of[number] = self._chosen(number, read[number])
-                self._first[number] += [self._maker[g] for g in self.of[number]]
+                self._put_first(number, [self._maker[g] for g in self.of[number]])
+
+    def _with_needs(self, number: int) -> int:
+        bits = 1 << number
+        for first in self._first[number]:
+            bits |= self._needed[first]
+        return bits
+
+    def _put_first(self, number: int, gates: list[int]) -> None:
+        """Have a step, and with it all that needs it, wait for some others."""
+        self._first[number] += gates
+        more = self._with_needs(number)
+        if more != self._needed[number]:
+            self._needed = [bits | more if bits >> number & 1 else bits for bits in self._needed]
 
     def _read_behind(self, read_where: Iterable[tuple[Slot, Slot | None]]) -> list[set[int]]:
         """For each step the numbers behind which its results are read."""
@@ -60,34 +77,29 @@ class Gates:
 
     def zeros_of(self, number: int) -> list[int]:
         """The numbers, one per lane, that make a result 0 where they are 0; what is nearest to it first."""
-        found, waiting = [], [number]
-        while waiting:
-            number = waiting.pop(0)
-            step = self._steps[self._maker[number]]
-            if step.op.types[number - step.first] == FLOAT:
-                found.append(number)
-            if step.op.keeps_zero:
-                waiting += [a.number for a in step.args if not a.constant]
-        return found
+        if number not in self._zeros:
+            factors = [number]
+            for factor in factors:  # grows
+                step = self._steps[self._maker[factor]]
+                if step.op.keeps_zero:
+                    factors += [a.number for a in step.args if not a.constant and a.number not in factors]
+            self._zeros[number] = [n for n in factors if self._type(n) == FLOAT]
+        return self._zeros[number]
+
+    def _type(self, number: int) -> str:
+        step = self._steps[self._maker[number]]
+        return step.op.types[number - step.first]
 
     def _chosen(self, number: int, behind: set[int]) -> tuple[int, ...]:
         """The gates of a step whose results are read behind some numbers; none if one of these has none."""
         gates = set()
         for result in sorted(behind):
-            free = [g for g in self.zeros_of(result) if not self._needs(self._maker[g], number)]
-            if not free:
+            free = (g for g in self.zeros_of(result) if not self._needed[self._maker[g]] >> number & 1)
+            gate = next(free, None)
+            if gate is None:
                 return ()
-            gates.add(free[0])
+            gates.add(gate)
         return tuple(sorted(g for g in gates if not gates & set(self.zeros_of(g)[1:])))
-
-    def _needs(self, step: int, other: int) -> bool:
-        """Whether a step cannot run before another has."""
-        seen, waiting = {step}, [step]
-        while waiting:
-            more = set(self._first[waiting.pop()]) - seen
-            seen |= more
-            waiting += more
-        return other in seen
 
     def order(self) -> list[int]:
         """The steps' numbers, each after all that it needs, else as they were."""
