@@ -34,7 +34,9 @@ from support import scenes as make
 
 FOLDER = machine.ROOT / "out" / "bench" / "calibration"
 SIZE, SAMPLES, SEEDS, FEW, DEPTH = 32, 64, 100, 16, 4
-STEADY = 4.0  # times their mean, or a part of it: within that are all seeds' stated variances of a steady pixel
+STEADY = (
+    4.0  # times their mean, or a part of it: within that are all seeds' stated variances of a steady pixel
+)
 SAMPLERS = ("sobol", "independent")
 SKY = make.world((0.3, 0.4, 0.6))
 BULB = LightData("POINT", "bulb", make.translation(0.8, -1.0, 2.2), 90.0, radius=0.2)

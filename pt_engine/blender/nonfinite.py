@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import shlex
 
-PATH_SETTINGS = ("rr_depth", "transparent_depth", "clamp_direct", "clamp_indirect", "sampler", "pixel_filter", "filter_width")
+PATH_SETTINGS = (
+    "rr_depth",
+    "transparent_depth",
+    "clamp_direct",
+    "clamp_indirect",
+    "sampler",
+    "pixel_filter",
+    "filter_width",
+)
 
 
 def add_commands(dropped, settings, file: str, frame: int, view_layer: str) -> None:

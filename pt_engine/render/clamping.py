@@ -3,8 +3,8 @@
     contribution · min(1, 3 limit / Σ|channels|)        direct light: one bounce at most; indirect: more
 
 Each contribution to a path's radiance is clamped by itself, with its throughput and what the way to the light
-lets through. Bright samples (fireflies) lose energy, always in the same direction: no number of samples brings
-it back.
+lets through. Bright samples (fireflies) lose energy, always in the same direction: no number of samples
+brings it back.
 """
 
 from __future__ import annotations

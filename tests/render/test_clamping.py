@@ -53,7 +53,9 @@ def test_light_after_two_bounces_is_indirect(integrator):
         np.testing.assert_allclose(render(scene, how).image()[..., :3], expected, rtol=1e-5)
 
 
-@pytest.mark.parametrize(("mirrors", "limit"), [(0, "clamp_direct"), (1, "clamp_direct"), (2, "clamp_indirect")])
+@pytest.mark.parametrize(
+    ("mirrors", "limit"), [(0, "clamp_direct"), (1, "clamp_direct"), (2, "clamp_indirect")]
+)
 def test_light_that_rays_find_counts_its_bounces(mirrors, limit):
     """The sky, met by camera rays, in a mirror, and in two that face each other at 45° to the view."""
     tilt = make.looking((0, 0, 0), (1, 0, -1)) if mirrors else np.eye(4)
