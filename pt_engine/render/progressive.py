@@ -169,7 +169,7 @@ def render(
         key=film_key(settings),
         order=order,
         reject_negative=positive,
-        correlated=SAMPLERS[settings.sampler].correlated,
+        correlated=SAMPLERS[settings.sampler].correlated or worker.run > 1,  # samples that share a moment
         halves=settings.half_buffers,
     )
     progress = Progress(film, settings, time.perf_counter())

@@ -68,7 +68,10 @@ def curves(name: str, lines: Mapping[str, Sequence[Mapping[str, float]]], along:
             if band:
                 x, low, high = ([p[key] for p in band] for key in (along, "low", "high"))
                 axes.fill_between(x, low, high, color=colour, alpha=0.13, linewidth=0)
+        errors = [p["mse"] for points in lines.values() for p in points if p["mse"] > 0]
         axes.set(xscale="log", yscale="log", xlabel=AXES[along], ylabel="mean squared error")
+        if errors:  # a band of few runs may span decades
+            axes.set_ylim(min(errors) / 3, 3 * max(errors))
         plain_ticks(axes.xaxis)
         axes.figure.legend(loc="outside lower center", ncols=2)
     return made.svg

@@ -133,7 +133,7 @@ def comparison_page(path: Path, result: Stats, reference: Picture) -> None:
         efficiency=figures.bars(
             "efficiency",
             [(r["name"], r["relative_efficiency"]) for r in result["rows"] if _finite(r)],
-            "1/(MSE × time), over that of the settings as set",
+            "times that of the settings as set",
         ),
         noise=result["reference"]["error"],
     )
