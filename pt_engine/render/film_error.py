@@ -43,6 +43,7 @@ Float64 = NDArray[np.float64]
 ErrorEstimate = dict[str, float | tuple[float, float] | None]
 Z95 = 1.959964
 FLOOR = 0.01  # of the squared mean, in relMSE
+WORTH_TELLING = 1.5  # of `fireflies`
 NAMES = ("mse", "relmse", "rmse")
 
 
