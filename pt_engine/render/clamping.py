@@ -30,7 +30,9 @@ class Clamp(NamedTuple):
         limit = np.where(bounces > 1, np.float32(3 * self.indirect), np.float32(3 * self.direct))
         total = np.abs(radiance).sum(axis=0)
         over = total > limit  # an infinite limit has no quotient
-        scaled: Float32 = radiance * np.where(over, limit, 1) / np.where(over, total, 1)
+        one = np.float32(1)
+        scaled: Float32 = radiance * np.where(over, limit, one)
+        scaled /= np.where(over, total, one)
         return scaled
 
 

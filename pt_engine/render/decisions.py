@@ -76,7 +76,7 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
 
 def drawn(pixels: NDArray[np.int32]) -> NDArray[np.uint32]:
     """Which random half each of some pixels is of."""
-    return drawn_half(0, int(pixels.max(initial=-1)) + 1)[pixels]
+    return drawn_half(0, int(np.max(pixels, initial=-1)) + 1)[pixels]
 
 
 def samples_for_target(film: Film, settings: RenderSettings, done: int, witness: int) -> int:

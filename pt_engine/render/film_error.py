@@ -89,7 +89,7 @@ def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
             weight = weights(level, floor)
             tally.add((known.variance * weight).mean(axis=0), known.spread * weight.mean(axis=0), known.parts)
     if not absolute.pixels:
-        return {key: None for name in NAMES for key in (name, f"{name}_ci95")} | {"fireflies": None}
+        return dict.fromkeys([key for name in NAMES for key in (name, f"{name}_ci95")] + ["fireflies"])
     mse, mse_ci95 = _with_interval(*absolute.result())
     (first, first_width), (second, second_width) = relative.result(), by_median.result()
     doubt = float(np.log(max(first, second) / min(first, second))) if first > 0 else 0.0

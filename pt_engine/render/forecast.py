@@ -28,8 +28,8 @@ SHARE, FIRST_SHARE = 0.02, 0.1  # of the render's time that looking at the film 
 ALLOWANCE = 0.02  # seconds beyond
 PIXEL_COST = 1e-6  # seconds of the first look for each pixel, before that is known
 EARLY = 0.1  # of a render: what was foretold there is kept
-EXPONENT = {False: (1.0, 0.02), True: (1.2, 0.12)}  # mean and spread; correlated samples or not
-UNEVEN = {False: 0.0, True: 0.1}  # spread of log relMSE about the line
+EXPONENT = {False: (1.0, 0.02), True: (1.1, 0.08)}  # mean and spread; correlated samples or not
+UNEVEN = {False: 0.0, True: 0.2}  # spread of log relMSE about the line
 PACE_SPREAD = 0.04  # of the time for a sample
 ROUND = tuple(m * 10.0**e for e in range(1, -7, -1) for m in (5, 2, 1))
 

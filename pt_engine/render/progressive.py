@@ -223,7 +223,7 @@ def stopped_by(progress: Progress) -> str:
         return "samples"
     if out_of_time(progress):
         return "time"
-    if settings.target_error and progress.film.counts().max() != settings.samples:
+    if settings.target_error and int(np.max(progress.film.counts())) != settings.samples:
         return "target"
     return "noise" if settings.adaptive else "samples"
 

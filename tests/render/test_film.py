@@ -259,10 +259,10 @@ def test_error_is_unbiased_and_its_interval_covers(size, n):
 
 
 def test_fireflies_are_told_where_few_samples_carry_the_light():
-    """Dark pixels that one sample in 800 lights up: light or noise? An even image leaves no doubt."""
+    """Dark pixels that one sample in 80 lights up: light or noise? An even image leaves no doubt."""
     rng = np.random.default_rng(5)
     even = 0.02 + 0.02 * rng.random((16, 24 * 24))
-    rare = np.where(rng.random(even.shape) < 1 / 800, 3.0, even)
+    rare = np.where(rng.random(even.shape) < 1 / 80, 3.0, even)
     sparkling, level = (
         filled(24, 24, np.broadcast_to(x, (3, *x.shape)).astype(np.float32), None).error()
         for x in (rare, even)
