@@ -214,8 +214,10 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         """L += β · mis · Le on the lanes that found an emitter."""
         lanes = found.lanes
         weight = mis(self.pdf.take(lanes), found.pdf)
-        more = self.beta.take(lanes, axis=1) * found.radiance * weight
-        scatter_add(self.L, lanes, self.clamped(more, lanes))
+        light = self.clamped(self.beta.take(lanes, axis=1) * found.radiance * weight, lanes)
+        scatter_add(self.L, lanes, light)
+        if found.by_group is not None:
+            found.by_group.add(found.group, self.slot.take(lanes), light)
 
     def clamped(self, radiance: Float32, lanes: NDArray[np.intp] | slice, sampled: int = 0) -> Float32:
         """What the clamp leaves of light that some paths have found, or, with `sampled` 1, have sampled."""

@@ -28,6 +28,7 @@ from .decisions import decisions
 from .film import Film
 from .film_error import ErrorEstimate
 from .forecast import Forecast
+from .group_films import GroupFilms
 from .integrator import INTEGRATORS, Integrator
 from .ledger import Ledger
 from .provenance import only_positive, origins
@@ -60,6 +61,7 @@ class Progress:
     nonfinite_count: int = 0
     stopped: bool = False
     caught: CatcherFilm | None = None  # where there are shadow catchers
+    groups: GroupFilms | None = None  # where there are light groups
     in_flight: int = 1  # units that are rendered at a time
     unit_lanes: int = 0  # of the last one
     forecast: Forecast = field(default_factory=Forecast)
@@ -133,6 +135,11 @@ class RenderResult:
         """(height, width, 4) float32 of the window, bottom row first, alpha premultiplied."""
         return self.progress.image()
 
+    def light_group(self, name: str) -> Float32:
+        """(height, width, 3) float32 of the window, bottom row first: what the lights of a group send."""
+        assert self.progress.groups is not None
+        return self.progress.groups.image(name)
+
 
 def render(
     scene: Scene,
@@ -174,6 +181,7 @@ def render(
     )
     progress = Progress(film, settings, time.perf_counter())
     progress.caught = CatcherFilm(film, order) if scene.has_catchers else None
+    progress.groups = GroupFilms(film, order, scene.light_groups) if scene.light_groups else None
     threads = settings.threads or os.cpu_count() or 1
     progress.in_flight = threads + 1 if threads > 1 else 1
     with kept_buffers():
@@ -282,7 +290,10 @@ def deposit(progress: Progress, result: UnitResult) -> None:
     unit = result.unit
     bad = progress.film.add(unit.pixels, unit.first, unit.spp, result.radiance, result.alpha)
     if progress.caught is not None and result.caught is not None:
-        progress.caught.add(unit.pixels, unit.first, unit.spp, result.caught)
+        more = progress.caught.add(unit.pixels, unit.first, unit.spp, result.caught)
+        bad = np.union1d(bad, more)
+    if progress.groups is not None and result.by_group is not None:
+        progress.groups.add(unit.pixels, unit.first, unit.spp, result.by_group, bad)
     for slot in bad[: max(0, REPORTED_NONFINITE - len(progress.nonfinite))]:
         sample, index = divmod(int(slot), len(unit.pixels))
         x0, y0, x1, _ = progress.settings.window
