@@ -35,7 +35,7 @@ def main() -> None:
     parser.add_argument("--scene", action="append", choices=(*MODELS, *MORE), help="may be repeated")
     parser.add_argument("--sampler", default="independent", help="of `stages`")
     parser.add_argument("--passes", type=int, default=6, help="of `stages`: the best of so many")
-    parser.add_argument("--seconds", type=float, default=3.0, help="of `gallery`: core seconds of each run")
+    parser.add_argument("--seconds", type=float, default=2.0, help="of `gallery`: core seconds of each run")
     parser.add_argument("--no-peers", action="store_true", help="leave Mitsuba and Cycles out")
     parser.add_argument("--folder", type=Path, default=machine.ROOT / "out" / "bench", help="for the scenes")
     parser.add_argument("--json", type=Path, help="where to write the results (default: FOLDER/WHAT.json)")

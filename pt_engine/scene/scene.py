@@ -298,7 +298,7 @@ class Scene:
         angles = None if self.light_angles is None else self.light_angles.take(lanes.si.instance)
         return SliceBSDF(closures, lanes, self.clear_glass, angles)
 
-    def _count_vertices(self, counting: clock.Clock, batch: int, surfaces: NDArray[np.int32]) -> None:
+    def _count_vertices(self, counting: clock.Clock, batch: int, surfaces: NDArray[np.integer]) -> None:
         """The vertices of each material; those of a batch of one material need not be looked at."""
         used = self.used_materials[self.materials.batch_of[self.used_materials] == batch]
         if len(used) == 1:
