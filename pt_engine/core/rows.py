@@ -78,4 +78,4 @@ def scatter(target: NDArray[Any], lanes: NDArray[np.integer], values: NDArray[An
 def scatter_add(target: NDArray[Any], lanes: NDArray[np.integer], values: NDArray[Any]) -> None:
     """target[:, lanes] += values for lanes that are all different, row by row."""
     for row, value in zip(target, values, strict=True):
-        row[lanes] += value
+        row[lanes] = row.take(lanes) + value

@@ -18,7 +18,7 @@ TINY = float(np.finfo(np.float32).tiny)
 def dot(a: Float32, b: Float32) -> Float32:
     """a·b: (N,). Either may be (3, 1)."""
     total: Float32 = a[0] * b[0]
-    total = total + a[1] * b[1]
+    total += a[1] * b[1]
     total += a[2] * b[2]
     return total
 
@@ -71,5 +71,5 @@ def mean3(a: Float32) -> Float32:
 
 def max3(a: Float32) -> Float32:
     """Largest of the three components of (3, N): (N,)."""
-    largest: Float32 = np.maximum(np.maximum(a[0], a[1]), a[2])
-    return largest
+    largest: Float32 = np.maximum(a[0], a[1])
+    return np.maximum(largest, a[2], out=largest)

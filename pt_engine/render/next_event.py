@@ -31,10 +31,14 @@ def next_event(
     here, paths = si.part(slice(0, m)), path.part(slice(0, m))
     light = scene.sample_emitter(here, u[:, :m], paths)
     value, pdf = bsdf.eval_pdf(light.wo, light.hidden)
-    weight = mis(light.pdf, pdf * np.logical_not(light.delta))
-    contribution = value * light.weight
+    if light.delta is not False:
+        pdf = pdf * np.logical_not(light.delta)
+    weight = mis(light.pdf, pdf)
+    contribution = value
+    contribution *= light.weight
     contribution *= paths.beta
     contribution *= weight
     if scene.transparent_surfaces:  # paths on their last edge may pass such a surface but not scatter
         contribution *= paths.depth < limit.max_depth - 1
-    paths.L += scene.unoccluded(here, light, contribution, limit.transparent_depth, paths)
+    L = paths.L
+    L += scene.unoccluded(here, light, contribution, limit.transparent_depth, paths)

@@ -53,8 +53,8 @@ def found_by(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> 
         cut_holes(scene, rays, found, path)
     if scene.caught is not None:
         catch(scene, scene.caught, rays, found, path)
-    if scene.finds_surfaces:
-        lit = np.flatnonzero(scene.surface_emits.take(found.surface))
+    if not scene.emitting.empty:
+        lit = np.flatnonzero(scene.emitting.has(found.surface))
         if scene.held is not None:
             lit = lit[~held(scene.held, path.clear.take(lit), scene.geometry.instance_of(found.hits, lit))]
         if len(lit):

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..core import clock, vectors
 from ..core.clock import stage
 from ..core.raykind import RayKind
+from ..core.subset import Subset
 from ..core.uniforms import Uniforms
 from ..core.view import View
 from ..emitters.lights import Lights, LightSample
@@ -159,9 +160,10 @@ class Scene:
             ],
             np.uint8 if self.dead < 255 else np.uint16,
         )
+        self._ends = Subset(self._group_of_surface == self.dead)
         emits = self.materials.emits
         self.surface_emits = (surfaces.surface_material >= 0) & emits[surfaces.surface_material]
-        self.finds_surfaces = bool(self.surface_emits.any())
+        self.emitting = Subset(self.surface_emits)
         holds_out = np.array([batch.has_holdout for batch in batches], np.bool_)
         self.surface_holds_out = (surfaces.surface_material >= 0) & holds_out[
             self.materials.batch_of[surfaces.surface_material]
@@ -173,6 +175,7 @@ class Scene:
         self.holds_out = bool(self.surface_holds_out.any() or objects.any())
         passes = [batches[g.batch].has_transparency or batches[g.batch].has_portal for g in self.groups]
         self.has_portals = any(batches[g.batch].has_portal for g in self.groups)
+        self.one_sided = not any(passes) and not any(batches[g.batch].transmits for g in self.groups)
         self.passes = np.array([*passes, False])
         self.transparent_surfaces = any(passes)
         needs = self.world.needs.union(*(batch.needs for batch in self.used_batches))
@@ -229,11 +232,13 @@ class Scene:
     def surface(self, rays: Rays, found: Intersection, lanes: NDArray[np.intp]) -> Surface:
         """The hit points of some lanes, in the order of `lanes`."""
         o, d = rays.o.take(lanes, axis=1), rays.d.take(lanes, axis=1)
-        return Surface(self.geometry, found.hits, lanes, o, d)
+        return Surface(self.geometry, found.hits, lanes, o, d, found.surface)
 
     @stage("surface")
     def batch(self, found: Intersection) -> BatchNumbers:
         """Each lane's group number; `dead` where the ray left the scene or the surface only emits."""
+        if self.dead == 1:
+            return self._ends.has(found.surface).view(np.uint8)
         group: BatchNumbers = self._group_of_surface.take(found.surface)
         return group
 
@@ -292,6 +297,14 @@ class Scene:
             closures = only_transparent(closures, held(self.held, path.clear, lanes.si.instance))
         return SliceBSDF(closures, lanes, self.clear_glass)
 
+    def start(self, si: Surface, wo: Float32) -> Float32:
+        """(3, N) where rays from surfaces toward `wo` start.
+
+        Where no material lets light through, what leaves on the other side brings none, and all start above.
+        Only with a terminator may the caller change them.
+        """
+        return si.above if self.one_sided and self.terminator is None else si.start(wo)
+
     # ------------------------------------------------------------------ next-event estimation
 
     @stage("emitter")
@@ -332,10 +345,12 @@ class Scene:
         self, si: Surface, light: LightSample, contribution: Float32, limit: int, path: PathState
     ) -> Float32:
         """`contribution` where nothing lies between; dimmed by up to `limit` transparent surfaces."""
-        lit = vectors.max3(np.abs(contribution)) != 0  # negative ones too; NaN is not hidden
-        tfar = light.distance * lit - ~lit  # −1 switches a ray off
-        side = np.copysign(si.bound, vectors.dot(si.ng, light.wo))
-        o, wo = si.p + side * si.ng, light.wo
+        # negative ones too; NaN is not hidden
+        lit = (vectors.max3(np.abs(contribution)) != 0).astype(np.float32)
+        tfar = light.distance * lit
+        lit -= 1
+        tfar += lit  # −1 switches a ray off
+        o, wo = self.start(si, light.wo), light.wo
         if self.terminator is not None:
             wo = self.terminator.lift(self, si, wo, o, tfar)
         free = np.flatnonzero(light.distance < 0) if self.lights_without_shadow else None
@@ -345,7 +360,8 @@ class Scene:
             contribution *= transmittance(self, o, wo, tfar, limit, path, kind)
         else:
             self.rays["shadow"] += int(np.count_nonzero(tfar > 0))
-            contribution.view(np.int32)[:] &= self._clear(o, wo, light, tfar)
+            bits = contribution.view(np.int32)
+            bits &= self._clear(o, wo, light, tfar)
         if kept is not None:
             contribution[:, free] = kept
         return contribution
