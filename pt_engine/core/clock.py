@@ -86,12 +86,16 @@ class Clock:
         self.rays[stage, bounce] += number
 
 
-_thread = threading.local()
+class _Thread(threading.local):
+    clock: Clock | None = None
+
+
+_thread = _Thread()
 
 
 def running() -> Clock | None:
     """This thread's clock."""
-    return cast("Clock | None", getattr(_thread, "clock", None))
+    return _thread.clock
 
 
 def start(clock: Clock) -> None:
@@ -103,6 +107,12 @@ def new_paths() -> None:
     """Camera rays are made."""
     if (clock := running()) is not None:
         clock.set_bounce(-1)
+
+
+def before_bounce(bounce: int) -> None:
+    """The paths' edges that are traced next are those of this bounce."""
+    if (clock := running()) is not None:
+        clock.set_bounce(bounce - 1)
 
 
 def next_bounce() -> None:
@@ -141,7 +151,7 @@ def stage(
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
         @functools.wraps(function)
         def timed(*args: P.args, **kwargs: P.kwargs) -> R:
-            clock = running()
+            clock = _thread.clock
             if clock is None:
                 return function(*args, **kwargs)
             clock.enter(name, effect, batch(*args, **kwargs) if batch else -1)

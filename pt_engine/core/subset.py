@@ -25,7 +25,7 @@ class Subset:
     def has(self, numbers: Numbers) -> NDArray[np.bool_]:
         """(N,) whether each of `numbers` (N,) is in the set."""
         if self.empty or len(self._few) > FEW:
-            return self._member.take(numbers)
+            return self._member.take(numbers, mode="clip")
         found: NDArray[np.bool_] = numbers == self._few[0]
         for number in self._few[1:]:
             found |= numbers == number

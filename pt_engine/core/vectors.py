@@ -69,6 +69,21 @@ def mean3(a: Float32) -> Float32:
     return mean
 
 
+def flipped(a: Float32, sign: Float32) -> None:
+    """Turn (3, N) vectors round where `sign` (N,) is negative, in place."""
+    bits = a.view(np.int32)
+    bits ^= sign.view(np.int32) & np.int32(-(2**31))
+
+
+def nonzero3(a: Float32) -> NDArray[np.bool_]:
+    """(N,) whether any component of (3, N) is not 0; NaN is not."""
+    x, y, z = a.view(np.uint32)
+    bits = x | y
+    bits |= z
+    bits <<= np.uint32(1)  # ±0 have no other bit than the sign
+    return bits != 0
+
+
 def max3(a: Float32) -> Float32:
     """Largest of the three components of (3, N): (N,)."""
     largest: Float32 = np.maximum(a[0], a[1])

@@ -199,7 +199,7 @@ class Entry:
         taken: dict[int, Float32] = {}
         for k, column in self._gathers:
             if id(column) not in taken:
-                taken[id(column)] = column.take(rows, axis=-1)
+                taken[id(column)] = column.take(rows, axis=-1, mode="clip")
             constants[k] = taken[id(column)]
         return constants
 

@@ -38,6 +38,8 @@ class Integrator(ABC):
     combines : bool
         Whether all light that emitter sampling finds is found by BSDF sampling too, both weighted by MIS:
         emitters then leave what is dim and all around to BSDFs.
+    waves : int
+        How many wavefronts of `lanes` rays it is best given at once: those it has to take one after the other.
     """
 
     name: ClassVar[str] = ""
@@ -45,6 +47,7 @@ class Integrator(ABC):
     description: ClassVar[str] = ""
     signed: ClassVar[bool] = False
     combines: ClassVar[bool] = False
+    waves: ClassVar[int] = 1
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -55,6 +58,7 @@ class Integrator(ABC):
         self.max_depth = settings.max_depth
         self.rr_depth = settings.rr_depth
         self.transparent_depth = settings.transparent_depth
+        self.lanes = settings.lanes
 
     @abstractmethod
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -192,6 +192,19 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     def part(self, span: slice) -> PathState:
         """A view of consecutive paths."""
         return self._with_history(super().part(span), lambda row: row[span])
+
+    @classmethod
+    def joined(cls, parts: Sequence[PathState]) -> PathState:
+        """All paths of some parts that have made equally many bounces."""
+        first = parts[0]
+        path = super().joined(parts)
+        path.pdf = np.concatenate([part.pdf for part in parts])
+        path.bounces, path._history = first.bounces, None
+        if first._history is not None:
+            path._history = {
+                name: np.concatenate([(part._history or {})[name] for part in parts]) for name in first._history
+            }
+        return path
 
     def _with_history(self, path: PathState, pick: Callable[[NDArray[Any]], NDArray[Any]]) -> PathState:
         path.bounces, path._history = self.bounces, None

@@ -13,7 +13,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import nullcontext
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -31,7 +31,7 @@ from .forecast import Forecast
 from .integrator import INTEGRATORS, Integrator
 from .ledger import Ledger
 from .provenance import only_positive, origins
-from .schedule import WAIT, Unit, morton_order, units
+from .schedule import WAIT, Unit, morton_order, unit_lanes, units
 from .settings import RenderSettings
 from .worker import UnitResult, Worker
 
@@ -178,7 +178,11 @@ def render(
     progress.in_flight = threads + 1 if threads > 1 else 1
     with kept_buffers():
         asked = units(
-            settings, order, decisions(film, settings, order), split=worker.groups, aligned=worker.run
+            replace(settings, lanes=unit_lanes(settings, integrator.waves)),
+            order,
+            decisions(film, settings, order),
+            split=worker.groups,
+            aligned=worker.run,
         )
         work = in_parallel(worker, asked, threads, lambda: is_over(progress), ledger)
         with ledger.running(threads) if ledger else nullcontext():

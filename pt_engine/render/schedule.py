@@ -7,6 +7,7 @@ numbers depend on its pixel and number alone, and the film's sums are exact.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
@@ -78,6 +79,14 @@ def units(
             for pixels in np.array_split(group, max(1, parts)):
                 yield Unit(pixels, settings.first_sample + done, count)
         done += count
+
+
+def unit_lanes(settings: RenderSettings, waves: int) -> int:
+    """Lanes of a unit: so many wavefronts, but no fewer units in a pass than threads are busy with."""
+    x0, y0, x1, y1 = settings.window
+    threads = settings.threads or os.cpu_count() or 1
+    busy = threads + 1 if threads > 1 else 1
+    return max(settings.lanes, min(waves * settings.lanes, (x1 - x0) * (y1 - y0) * LARGEST_PASS // busy))
 
 
 def morton_order(width: int, height: int) -> NDArray[np.int32]:

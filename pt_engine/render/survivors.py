@@ -62,7 +62,8 @@ class Wavefront:
         return (path if alive == path.size and len(spans) == 1 else path.take(order)), order, spans
 
     def _keep(self, path: PathState, ended: NDArray[np.intp]) -> None:
-        scatter(self._radiance, path.slot.take(ended), path.L.take(ended, axis=1))
+        slots = path.slot.take(ended, mode="clip")
+        scatter(self._radiance, slots, path.L.take(ended, axis=1, mode="clip"))
 
     @stage("bsdf")
     def advance(self, path: PathState, si: Surface, to: Scattered, u: Float32 | None) -> Rays:
@@ -78,9 +79,10 @@ class Wavefront:
         return rays
 
     @stage("roulette")
-    def finish(self, path: PathState) -> Float32:
-        """Radiance of all camera rays."""
-        scatter(self._radiance, path.slot, path.L)
+    def finish(self, *left: PathState) -> Float32:
+        """Radiance of all camera rays, when these paths end too."""
+        for path in left:
+            scatter(self._radiance, path.slot, path.L)
         return self._radiance
 
 

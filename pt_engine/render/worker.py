@@ -134,26 +134,28 @@ class Worker:
     def lane_sampler(self, unit: Unit) -> LaneSampler:
         """Random numbers by (pixel of the full image, sample)."""
         x, y = self._pixel_coordinates(unit)
-        pixel = (y * self._settings.width + x).astype(np.uint32)
+        pixel = y.astype(np.uint32) * np.uint32(self._settings.width) + x.astype(np.uint32)
         sample = np.arange(unit.first, unit.first + unit.spp, dtype=np.uint32)
-        state = self._sampler.state(np.tile(pixel, unit.spp), np.repeat(sample, len(pixel)))
-        return LaneSampler(self._sampler, state)
+        return LaneSampler(self._sampler, self._sampler.state(pixel, sample[:, None]))
 
     @stage("generate")
     def camera_rays(self, unit: Unit, sampler: LaneSampler, camera: Camera) -> Rays:
         """One ray per lane through a point drawn from the pixel filter and, with a lens, a point on it."""
         x, y = self._pixel_coordinates(unit)
         offset = self._filter.sample(sampler.pixel())
-        raster = np.stack([np.tile(c, unit.spp) for c in (x, y)]).astype(np.float32)
+        raster = np.empty((2, unit.spp, len(unit.pixels)), np.float32)
+        raster[0], raster[1] = x, y
+        raster = raster.reshape(2, -1)
         raster += np.float32(0.5)
         raster += offset
         o, d, tfar = camera.rays(raster, sampler.lens() if camera.has_lens else None)
         return Rays(o, d, tfar, RayKind.CAMERA)
 
-    def _pixel_coordinates(self, unit: Unit) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def _pixel_coordinates(self, unit: Unit) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         x0, y0, x1, _ = self._settings.window
-        y, x = np.divmod(unit.pixels.astype(np.int64), x1 - x0)
-        return x + x0, y + y0
+        width = np.int32(x1 - x0)
+        y = unit.pixels // width  # faster than the remainder
+        return unit.pixels - y * width + np.int32(x0), y + np.int32(y0)
 
 
 def joined(unit: Unit, parts: list[Part], results: list[UnitResult]) -> UnitResult:

@@ -221,7 +221,8 @@ class Scene:
         """Closest hits of all rays; one that is switched off misses. `kind` is for the count."""
         if not kind:
             clock.next_bounce()
-        self.rays[kind or ("bounce" if self.rays else "camera")] += int(np.count_nonzero(rays.tfar > 0))
+        of_camera = isinstance(rays.kind, int) and rays.kind == RayKind.CAMERA
+        self.rays[kind or ("camera" if of_camera else "bounce")] += int(np.count_nonzero(rays.tfar > 0))
         if self.seen_apart:
             hits = nearer.closest(self.accel, *rays)
         else:
@@ -231,7 +232,7 @@ class Scene:
     @stage("surface")
     def surface(self, rays: Rays, found: Intersection, lanes: NDArray[np.intp]) -> Surface:
         """The hit points of some lanes, in the order of `lanes`."""
-        o, d = rays.o.take(lanes, axis=1), rays.d.take(lanes, axis=1)
+        o, d = (row.take(lanes, axis=1, mode="clip") for row in (rays.o, rays.d))
         return Surface(self.geometry, found.hits, lanes, o, d, found.surface)
 
     @stage("surface")
@@ -239,7 +240,7 @@ class Scene:
         """Each lane's group number; `dead` where the ray left the scene or the surface only emits."""
         if self.dead == 1:
             return self._ends.has(found.surface).view(np.uint8)
-        group: BatchNumbers = self._group_of_surface.take(found.surface)
+        group: BatchNumbers = self._group_of_surface.take(found.surface, mode="clip")
         return group
 
     # ------------------------------------------------------------------ emission found by a ray
@@ -346,7 +347,7 @@ class Scene:
     ) -> Float32:
         """`contribution` where nothing lies between; dimmed by up to `limit` transparent surfaces."""
         # negative ones too; NaN is not hidden
-        lit = (vectors.max3(np.abs(contribution)) != 0).astype(np.float32)
+        lit = vectors.nonzero3(contribution).astype(np.float32)
         tfar = light.distance * lit
         lit -= 1
         tfar += lit  # −1 switches a ray off

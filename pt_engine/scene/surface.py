@@ -47,7 +47,7 @@ class Surface:
     ) -> None:
         self._geometry, self._hits, self._lanes, self._surface = geometry, hits, lanes, surface
         self.size = len(lanes)
-        self.prim = hits.prim.take(lanes)
+        self.prim = hits.prim.take(lanes, mode="clip")
         self._instance = None if hits.instance is None else hits.instance.take(lanes)
         record = geometry.planes(self.prim, self._instance)
         self.wi = -d
@@ -61,7 +61,7 @@ class Surface:
         height -= record[PLANE]
         p -= self.ng * height
         self.p: Float32 = p
-        self.ng *= np.copysign(np.float32(1), self.facing)
+        vectors.flipped(self.ng, self.facing)
         if geometry.rounds is not None:
             geometry.rounds.settle(self, o)
         self.ns = self.ng
@@ -119,7 +119,7 @@ class Surface:
     @property
     def t(self) -> Float32:
         """(N,) ray length."""
-        return self._hits.t.take(self._lanes)
+        return self._hits.t.take(self._lanes, mode="clip")
 
     _above: Float32 | None = None
     moved_uv: tuple[Float32, Float32] | None = None  # set where the points were moved along their faces
@@ -139,7 +139,7 @@ class Surface:
         """(N,) `Geometry.surface_material` row."""
         if self._surface is None:
             return self._geometry.surface.take(self.prim)
-        return self._surface.take(self._lanes)
+        return self._surface.take(self._lanes, mode="clip")
 
     @property
     def instance(self) -> Int32:
