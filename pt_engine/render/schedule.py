@@ -36,6 +36,7 @@ class Step(NamedTuple):
 
 Decide = Callable[[int], Step]
 WAIT = None  # in place of a unit: go on when everything before is in the film
+EVEN = 4  # pixels of a unit are a multiple of it, to be dealt to its waves
 LARGEST_PASS = 8  # samples: more gains nothing, and a unit of few pixels has incoherent neighbours
 
 
@@ -75,10 +76,17 @@ def units(
         if decide is not None:
             count = min(count, until - done)
         for group in split(order):
-            parts = -(-len(group) // (settings.lanes // count))
-            for pixels in np.array_split(group, max(1, parts)):
-                yield Unit(pixels, settings.first_sample + done, count)
+            size = even_share(len(group), settings.lanes // count)
+            for start in range(0, len(group), size):
+                yield Unit(group[start : start + size], settings.first_sample + done, count)
         done += count
+
+
+def even_share(pixels: int, most: int) -> int:
+    """How many at a time, at most `most`, so that all times are alike; `EVEN` where there is room for it."""
+    even = EVEN if most >= EVEN else 1
+    times = max(1, -(-pixels // (most - most % even)))
+    return max(1, -(-pixels // (times * even)) * even)
 
 
 def unit_lanes(settings: RenderSettings, waves: int) -> int:

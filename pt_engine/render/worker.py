@@ -90,12 +90,14 @@ class Worker:
     def _render(self, unit: Unit, moment: Scene) -> UnitResult:
         """The same where all see one moment."""
         new_paths()
-        sampler = self.lane_sampler(unit)
-        rays = self.camera_rays(unit, sampler, moment.camera)
+        blocks = 1 if moment.has_catchers else self.blocks(unit)
+        sampler = self.lane_sampler(unit, blocks)
+        rays = self.camera_rays(unit, sampler, moment.camera, blocks)
         scene = moment.for_unit(rays.o.shape[1])
         radiance = self.exposed(self._integrator.sample(scene, rays, sampler))
         if scene.caught is None or self._alone is None:
-            return UnitResult(unit, radiance, scene.alpha, scene.rays)
+            alpha = scene.alpha if scene.alpha is None else by_sample(unit, blocks, scene.alpha)
+            return UnitResult(unit, by_sample(unit, blocks, radiance), alpha, scene.rays)
         return UnitResult(unit, radiance, scene.alpha, scene.rays, self.caught(unit, scene, radiance))
 
     def caught(self, unit: Unit, scene: Scene, radiance: Float32) -> Parts:
@@ -130,20 +132,25 @@ class Worker:
         """What the film takes of a radiance (3, N): all of it unless the file sets a film exposure."""
         return radiance if self.scene.exposure == 1 else radiance * np.float32(self.scene.exposure)
 
+    def blocks(self, unit: Unit) -> int:
+        """In how many parts of a unit's pixels its lanes are traced, so that a wave sees little of the scene."""
+        waves = -(-len(unit.pixels) * unit.spp // self._settings.lanes)
+        return waves if waves and len(unit.pixels) % waves == 0 else 1
+
     @stage("generate")
-    def lane_sampler(self, unit: Unit) -> LaneSampler:
-        """Random numbers by (pixel of the full image, sample)."""
-        x, y = self._pixel_coordinates(unit)
+    def lane_sampler(self, unit: Unit, blocks: int = 1) -> LaneSampler:
+        """Random numbers by (pixel of the full image, sample): all samples of a block, then those of the next."""
+        x, y = (c.reshape(blocks, 1, -1) for c in self._pixel_coordinates(unit))
         pixel = y.astype(np.uint32) * np.uint32(self._settings.width) + x.astype(np.uint32)
         sample = np.arange(unit.first, unit.first + unit.spp, dtype=np.uint32)
         return LaneSampler(self._sampler, self._sampler.state(pixel, sample[:, None]))
 
     @stage("generate")
-    def camera_rays(self, unit: Unit, sampler: LaneSampler, camera: Camera) -> Rays:
+    def camera_rays(self, unit: Unit, sampler: LaneSampler, camera: Camera, blocks: int = 1) -> Rays:
         """One ray per lane through a point drawn from the pixel filter and, with a lens, a point on it."""
-        x, y = self._pixel_coordinates(unit)
+        x, y = (c.reshape(blocks, 1, -1) for c in self._pixel_coordinates(unit))
         offset = self._filter.sample(sampler.pixel())
-        raster = np.empty((2, unit.spp, len(unit.pixels)), np.float32)
+        raster = np.empty((2, blocks, unit.spp, len(unit.pixels) // blocks), np.float32)
         raster[0], raster[1] = x, y
         raster = raster.reshape(2, -1)
         raster += np.float32(0.5)
@@ -156,6 +163,14 @@ class Worker:
         width = np.int32(x1 - x0)
         y = unit.pixels // width  # faster than the remainder
         return unit.pixels - y * width + np.int32(x0), y + np.int32(y0)
+
+
+def by_sample(unit: Unit, blocks: int, rows: Float32) -> Float32:
+    """(..., N) lane by lane, put sample by sample."""
+    if blocks == 1:
+        return rows
+    parts = rows.reshape(-1, blocks, unit.spp, len(unit.pixels) // blocks)
+    return np.ascontiguousarray(parts.swapaxes(1, 2)).reshape(rows.shape)
 
 
 def joined(unit: Unit, parts: list[Part], results: list[UnitResult]) -> UnitResult:
