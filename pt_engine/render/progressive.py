@@ -59,6 +59,7 @@ class Progress:
     nonfinite: list[dict[str, Any]] = field(default_factory=list)
     nonfinite_count: int = 0
     stopped: bool = False
+    late: bool = False  # out of time
     caught: CatcherFilm | None = None  # where there are shadow catchers
     in_flight: int = 1  # units that are rendered at a time
     unit_lanes: int = 0  # of the last one
@@ -214,8 +215,9 @@ def film_key(settings: RenderSettings) -> str:
 
 
 def is_over(progress: Progress) -> bool:
-    """Whether it was stopped or has used up its time."""
-    return progress.stopped or out_of_time(progress)
+    """Whether it was stopped or has used up its time; then it stays over, though the last units be faster."""
+    progress.late = progress.late or out_of_time(progress)
+    return progress.stopped or progress.late
 
 
 def stopped_by(progress: Progress) -> str:
@@ -225,7 +227,7 @@ def stopped_by(progress: Progress) -> str:
         return "cancelled"
     if settings.samples and progress.camera_samples >= settings.samples * progress.film.pixels:
         return "samples"
-    if out_of_time(progress):
+    if progress.late or out_of_time(progress):
         return "time"
     if settings.target_error:
         error = relative_error(progress.film, settings.target_percentile, DECIDES)
