@@ -81,10 +81,12 @@ def nonzero3(a: Float32) -> NDArray[np.bool_]:
     bits = x | y
     bits |= z
     bits <<= np.uint32(1)  # ±0 have no other bit than the sign
-    return bits != 0
+    nonzero: NDArray[np.bool_] = bits != 0
+    return nonzero
 
 
 def max3(a: Float32) -> Float32:
     """Largest of the three components of (3, N): (N,)."""
     largest: Float32 = np.maximum(a[0], a[1])
-    return np.maximum(largest, a[2], out=largest)
+    np.maximum(largest, a[2], out=largest)
+    return largest

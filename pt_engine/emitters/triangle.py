@@ -136,4 +136,6 @@ def draw_toward(
     distance *= 1.0 - ROUNDING
     distance -= behind
     pdf = np.maximum(solid, TINY)
-    return Draw(to, np.maximum(distance, 0.0, out=distance), radiance * solid, np.divide(chance, pdf, out=pdf))
+    return Draw(
+        to, np.maximum(distance, 0.0, out=distance), radiance * solid, np.divide(chance, pdf, out=pdf)
+    )

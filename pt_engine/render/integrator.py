@@ -39,7 +39,7 @@ class Integrator(ABC):
         Whether all light that emitter sampling finds is found by BSDF sampling too, both weighted by MIS:
         emitters then leave what is dim and all around to BSDFs.
     waves : int
-        How many wavefronts of `lanes` rays it is best given at once: those it has to take one after the other.
+        How many wavefronts of `lanes` rays it is best given at once, to take one after the other.
     """
 
     name: ClassVar[str] = ""

@@ -10,6 +10,7 @@ from ..scene.wave import Rays
 from .dimensions import LaneSampler
 from .integrator import Integrator
 from .next_event import next_event
+from .schedule import WAVES
 from .survivors import Wavefront
 from .waves import Waves
 
@@ -23,7 +24,7 @@ class PathActive(Integrator):
     label = "Path, Active Lanes"
     description = "Paths of fixed depth; those that have ended leave the batch"
     combines = True
-    waves = 4
+    waves = WAVES
     roulette = False
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:

@@ -202,7 +202,8 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         path.bounces, path._history = first.bounces, None
         if first._history is not None:
             path._history = {
-                name: np.concatenate([(part._history or {})[name] for part in parts]) for name in first._history
+                name: np.concatenate([(part._history or {})[name] for part in parts])
+                for name in first._history
             }
         return path
 

@@ -36,7 +36,7 @@ class Step(NamedTuple):
 
 Decide = Callable[[int], Step]
 WAIT = None  # in place of a unit: go on when everything before is in the film
-EVEN = 4  # pixels of a unit are a multiple of it, to be dealt to its waves
+WAVES = 4  # wavefronts of a unit, at most; its pixels are a multiple of it, to be dealt to them
 LARGEST_PASS = 8  # samples: more gains nothing, and a unit of few pixels has incoherent neighbours
 
 
@@ -83,8 +83,8 @@ def units(
 
 
 def even_share(pixels: int, most: int) -> int:
-    """How many at a time, at most `most`, so that all times are alike; `EVEN` where there is room for it."""
-    even = EVEN if most >= EVEN else 1
+    """How many at a time, at most `most`, so that all times are alike; `WAVES` where there is room for it."""
+    even = WAVES if most >= WAVES else 1
     times = max(1, -(-pixels // (most - most % even)))
     return max(1, -(-pixels // (times * even)) * even)
 

@@ -110,8 +110,8 @@ def kill(batch: BatchNumbers, dead: NDArray[np.bool_], number: int) -> None:
 def sorted_by_batch(batch: BatchNumbers, dead: int) -> tuple[NDArray[np.intp], Spans]:
     """Stable order that brings groups together, the dead last, and each living group's span."""
     if dead == 1:
-        ends = batch.astype(np.bool_)  # numpy finds those of booleans faster
-        living, ended = np.flatnonzero(~ends), np.flatnonzero(ends)
+        over = batch.astype(np.bool_)  # numpy finds those of booleans faster
+        living, ended = np.flatnonzero(~over), np.flatnonzero(over)
         spans = [(0, slice(0, len(living)))] if len(living) else []
         return np.concatenate([living, ended]), spans
     order = np.argsort(batch, kind="stable")  # radix sort: 1.5 ns per lane of 8 bits

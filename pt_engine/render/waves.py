@@ -8,6 +8,7 @@ together are no larger than one go on as one.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 
@@ -42,7 +43,7 @@ class Waves:
 
     def _camera_waves(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Iterator[Wave]:
         edges = np.linspace(0, self.size, max(1, -(-self.size // self._lanes)) + 1).astype(int)
-        for first, end in zip(edges[:-1], edges[1:], strict=True):
+        for first, end in pairwise(edges.tolist()):
             span = slice(first, end)
             part = rays.part(span)
             numbers = sampler.with_state(sampler.state[:, span])

@@ -133,13 +133,13 @@ class Worker:
         return radiance if self.scene.exposure == 1 else radiance * np.float32(self.scene.exposure)
 
     def blocks(self, unit: Unit) -> int:
-        """In how many parts of a unit's pixels its lanes are traced, so that a wave sees little of the scene."""
+        """In how many runs of its pixels a unit is traced, so that a wave sees little of the scene."""
         waves = -(-len(unit.pixels) * unit.spp // self._settings.lanes)
         return waves if waves and len(unit.pixels) % waves == 0 else 1
 
     @stage("generate")
     def lane_sampler(self, unit: Unit, blocks: int = 1) -> LaneSampler:
-        """Random numbers by (pixel of the full image, sample): all samples of a block, then those of the next."""
+        """Random numbers by (pixel of the full image, sample), block by block and then sample by sample."""
         x, y = (c.reshape(blocks, 1, -1) for c in self._pixel_coordinates(unit))
         pixel = y.astype(np.uint32) * np.uint32(self._settings.width) + x.astype(np.uint32)
         sample = np.arange(unit.first, unit.first + unit.spp, dtype=np.uint32)
@@ -150,9 +150,9 @@ class Worker:
         """One ray per lane through a point drawn from the pixel filter and, with a lens, a point on it."""
         x, y = (c.reshape(blocks, 1, -1) for c in self._pixel_coordinates(unit))
         offset = self._filter.sample(sampler.pixel())
-        raster = np.empty((2, blocks, unit.spp, len(unit.pixels) // blocks), np.float32)
-        raster[0], raster[1] = x, y
-        raster = raster.reshape(2, -1)
+        lanes = np.empty((2, blocks, unit.spp, len(unit.pixels) // blocks), np.float32)
+        lanes[0], lanes[1] = x, y
+        raster: Float32 = lanes.reshape(2, -1)
         raster += np.float32(0.5)
         raster += offset
         o, d, tfar = camera.rays(raster, sampler.lens() if camera.has_lens else None)

@@ -97,16 +97,17 @@ def _radiance(scene: Scene, hit: Surface, path: PathState, lanes: NDArray[np.int
 @stage("emission", "lamps met by rays")
 def _lamp_emission(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> Iterator[Found]:
     """Lamps of any size that lie on the ray before its hit; they don't hide what is behind them."""
-    t = np.where(found.surface == SKY, FAR, found.hits.t)
-    t[rays.tfar < 0] = -1
-    seen = (path.kind & RayKind.CAMERA) != 0
+    t = found.hits.t.copy()
+    t[np.flatnonzero(found.surface == SKY)] = FAR
+    t[np.flatnonzero(rays.tfar < 0)] = -1
     came = ways(scene, path, slice(None))
     if not scene.transparent_surfaces:
-        camera: bool | NDArray[np.bool_] = bool(seen[:1].any())  # all lanes are of one generation
+        camera = bool((path.kind[:1] & RayKind.CAMERA).any())  # all lanes are of one generation
         met = scene.lights.intersect(rays.o, rays.d, t, camera, path.places(slice(None)), came)
         yield from starmap(Found, met)
         return
     # densities count from the last real bounce, but only what lies beyond the surfaces passed is new
     back = path.travelled
     o = rays.o - back * rays.d
+    seen = (path.kind & RayKind.CAMERA) != 0
     yield from starmap(Found, scene.lights.intersect(o, rays.d, t + back, seen, path.place, came))

@@ -196,8 +196,8 @@ class SliceBSDF:
         if len(self.closures) > 1:
             self._sample_among(u, out)
             return
-        for row, value in zip(out, self.sample_only(u), strict=True):
-            row[:] = value
+        only = self.sample_only(u)
+        out.wo[:], out.weight[:], out.pdf[:], out.lobe[:] = only
 
     def sample_only(self, u: Uniforms) -> Scattered:
         """One direction per lane, where there is but one closure."""
