@@ -30,7 +30,7 @@ def _waves():
 
 
 def test_paths_keep_rays_and_numbers_when_waves_are_joined(waves):
-    """Four waves of 25; a third goes on from each, so that all that are left fit in one, then in one again."""
+    """Four waves of 25; a quarter of each goes on, so that all that are left fit in one."""
     waves, lanes = waves
     sizes: dict[int, list[int]] = {}
     for bounce, path, rays in waves.along(range(3)):
