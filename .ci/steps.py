@@ -3,6 +3,8 @@
 
     .ci/run [STEP ...]        all steps, or those whose name contains one of the words (run calls this file)
 
+The tests have both cores, a process on each; steps that keep one core busy run in pairs.
+
 Finds Python 3.13 and 3.11 on the PATH or in pyenv. The steps in the real Blender need what
 `scripts/blender` can install; where it cannot, they are skipped, and the last lines say so.
 """
@@ -11,7 +13,10 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -58,20 +63,36 @@ class Steps:
     def wanted(self, name):
         return not self.words or any(word in name for word in self.words)
 
-    def run(self, name, command, **environment):
+    def run(self, name, command, environment, output=None):
         """Run `command` as the step `name`; without a Python it fails, without a Blender it is skipped."""
-        if not self.wanted(name):
-            return
         missing = [key for key, value in environment.items() if value is None]
         print(f"\n=== {name}: {' '.join(command)}", flush=True)
         start = time.monotonic()
         if missing:  # scripts/blender has said why
             verdict = "FAILED (no such Python here)" if "PYTHON" in missing else "skipped (no Blender here)"
         else:
-            code = subprocess.call(command, env={**os.environ, **environment}, stdin=subprocess.DEVNULL)
+            streams = {"stdin": subprocess.DEVNULL, "stdout": output, "stderr": output}
+            code = subprocess.call(command, env={**os.environ, **environment}, **streams)
             verdict = "ok" if code == 0 else f"FAILED (code {code})"
         self.results.append((name, time.monotonic() - start, verdict))
+        if output:
+            output.seek(0)
+            print(f"\n=== what {name} printed\n{output.read()}", end="")
         print(f"=== {name}: {verdict}, {self.results[-1][1]:.0f} s", flush=True)
+
+    def pair(self, *steps):
+        """Run the wanted ones of these (name, command, environment) side by side, each printed as it ends."""
+        wanted = [step for step in steps if self.wanted(step[0])]
+        with ExitStack() as files, ThreadPoolExecutor() as pool:
+            runs = []
+            for step in wanted:
+                beside = len(wanted) > 1
+                output = (
+                    files.enter_context(tempfile.TemporaryFile("w+", errors="replace")) if beside else None
+                )
+                runs.append(pool.submit(self.run, *step, output))
+            for run in runs:
+                run.result()
 
     def report(self):
         print()
@@ -90,16 +111,18 @@ def main(words):
     def script(name, *arguments):
         return [sys.executable, f"scripts/{name}", *arguments]
 
-    steps.run("setup 3.13", script("setup", "--test"), **new)
-    steps.run("lint 3.13", script("lint"), **new)
-    steps.run("tests 3.13", script("test", "-q"), **new)
-    steps.run("setup 3.11", script("setup", "--test"), **old)
-    steps.run("tests 3.11", script("test", "-q", "-m", "not slow"), **old)
-    steps.run("demo", script("demo", "--size", "160x90", "--samples", "8"), **new)
-    if steps.wanted("real Blender"):
-        real = {**new, "PT_BLENDER": blender()}
-        # one window at a time
-        steps.run("real Blender", script("test", "-q", "-n", "0", "tests/real_blender"), **real)
+    steps.pair(
+        ("setup 3.13", script("setup", "--test"), new),
+        ("setup 3.11", script("setup", "--test"), old),
+    )
+    real = {**new, "PT_BLENDER": blender() if steps.wanted("real Blender") else None}
+    steps.pair(
+        ("lint 3.13", script("lint"), new),
+        ("real Blender", script("test", "-q", "-n", "0", "tests/real_blender"), real),  # one window at a time
+    )
+    steps.pair(("tests 3.13", script("test", "-q"), new))
+    steps.pair(("tests 3.11", script("test", "-q", "-m", "not slow"), old))
+    steps.pair(("demo", script("demo", "--size", "160x90", "--samples", "8"), new))
     return steps.report()
 
 

@@ -14,14 +14,13 @@ from typing import Any
 import numpy as np
 
 from . import machine
+from .error_scenes import scenes
 
 SIZE, SAMPLES = (72, 48), 16
 ANOTHER_WAY = (
     1e-3  # relative change of a sample beyond which some decision must have fallen otherwise, or nearly
 )
 ASKED = 60  # of these samples, of each scene, that are walked again to see where they part
-NAMES = ("diffuse ball in a room", "rough metal", "mirror", "smooth glass")
-NAMES += ("rough glass, 10⁴ away", "sun, 60 faceted balls")
 TEXT = """# Error growth: float32 against float64
 
 `python -m bench.error_growth` writes this page. The whole pipeline runs twice with the same random
@@ -41,57 +40,23 @@ pixels that have one.
 Most samples are right to the last place of float32, whatever the path's length, since every hit point is
 put back on its plane and every frame is made anew; one in a hundred loses a digit or two, at grazing
 angles and near lamps. A constant that is rounded once, such as a sun's radiance, shows as a bias of up to
-6·10⁻⁸. What differs by more has met an edge of a decision, where an infinitely small change is enough to
-fall to the other side; the sample is then another one, just as probable, so images differ by noise and not
-by bias. At 10⁴ of its size from the zero, a scene's hit points are quantised to 10⁻³ of that size, and
-such edges are that wide. Of up to {asked} such samples of each scene, walked again vertex by vertex in
-both precisions, this is the first thing that differs:
+6·10⁻⁸. Three things make errors grow. At 10⁴ of its size from the zero, a scene's hit points are quantised
+to 10⁻³ of that size. A strand of hair is a hundredth as wide as the scene and turns its normal as much
+faster. Between mirror balls each reflection multiplies the error by the distance over half the radius. What
+then meets an edge of a decision may fall to the other side; the sample is another one, just as probable,
+so images differ by noise and not by bias (its σ is below 2 wherever samples went another way). Of up to
+{asked} such samples of each scene, walked again vertex by vertex in both precisions, this is the first thing
+that differs:
 
 {reasons}
 
-*Another facet*: the neighbouring triangle of the same object, of which the ray meets the common edge.
-*Amplified*: every decision fell alike, and rounding grew past {another_way:g} on the way: at grazing
-angles, at nearly ideal reflections of a lamp, and in densities of small light.
+*Another facet*: the neighbouring triangle of the same object, of which the ray meets the common edge; or a
+place on the same strand whose normal differs by more than 0.001. *An outline*: the ray passes an object's
+edge on the other side. *A shadow's edge*: that of a shadow ray. *Another lobe*, *where the path ends*: a
+uniform number between the two chances of a lobe, or of survival. *Amplified*: every decision fell alike,
+and rounding grew past {another_way:g} on the way: at grazing angles, at nearly ideal reflections of a
+lamp, in densities of small light, and at bumps, whose slopes are differences of nearly equal heights.
 """
-
-
-def scenes() -> dict[str, Any]:
-    """Snapshots by name: a room with a ball of some material, once far away; small balls under a sun."""
-    from pt_engine.scene.snapshot import LightData
-    from pt_engine.selftest import scenes as make
-
-    def glossy(roughness: float) -> Any:
-        props = {"distribution": "GGX"}
-        return make.shader("BsdfGlossy", "metal", props, Color=make.rgba(0.875), Roughness=roughness)
-
-    def glass(roughness: float) -> Any:
-        props = {"distribution": "GGX"}
-        return make.shader("BsdfGlass", "glass", props, Color=make.WHITE, Roughness=roughness, IOR=1.5)
-
-    def room(material: Any, away: float = 0.0) -> Any:
-        wall = np.array([[1, 0, 0, 0], [0, 0, -1, 2], [0, 1, 0, 2], [0, 0, 0, 1.0]])
-        objects = [
-            (make.quad(4.0), np.eye(4), make.diffuse(0.625, "floor")),
-            (make.quad(4.0), wall, make.diffuse(0.375, "wall")),
-            (make.sphere(0.6, 24), make.translation(0.2, 0.3, 0.7), material),
-            (make.quad(0.8), make.translation(-0.6, 0.2, 2.4), make.emission((6.0, 5.0, 4.0), "lamp")),
-        ]
-        if away:  # a speck on the other side keeps the world's middle at zero
-            there = make.translation(away, away, away)
-            speck = make.quad(1e-3), make.translation(-away, -away, -away), make.diffuse(0.5)
-            objects = [*((mesh, there @ at, a) for mesh, at, a in objects), speck]
-        eye = (away, away - 5, away + 1.6), (away, away, away + 0.9)
-        return make.scene(objects, make.perspective(*eye, 0.35, aspect=1.5), [], make.world(0.25))
-
-    rng = np.random.default_rng(3)
-    places = [make.translation(*rng.uniform((-2, -2, 0), (2, 2, 2))) for _ in range(60)]
-    balls = [(make.sphere(0.15, 8, smooth=False), at, make.diffuse(0.75)) for at in places]
-    floor = (make.quad(9.0), np.eye(4), make.diffuse(0.5))
-    sun = LightData("SUN", "sun", make.looking((3, -2, 4), (0, 0, 0)), 3.0, angle=0.02)
-    camera = make.perspective((0, -6, 2.5), (0, 0, 0.8), 0.35, aspect=1.5)
-    found = [room(make.diffuse(0.75)), room(glossy(0.4)), room(glossy(0.0)), room(glass(0.0))]
-    found += [room(glass(0.25), 1e4), make.scene([*balls, floor], camera, [sun], make.world(0.25))]
-    return dict(zip(NAMES, found, strict=True))
 
 
 def settings(**more: Any) -> Any:
@@ -116,7 +81,7 @@ def measure(precision: str, folder: Path) -> None:
     asked = json.loads(wanted.read_text(encoding="utf-8")) if wanted.exists() else None
     pictures: dict[str, Any] = {}
     stories: dict[str, Any] = {}
-    for number, name in enumerate(NAMES):
+    for number, name in enumerate(scenes()):
         scene = prepare(load_snapshot(folder / f"{number}.snapshot"))
         if asked is None:
             parts = (render(scene, settings(samples=1, first_sample=k)).image() for k in range(SAMPLES))

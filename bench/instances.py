@@ -86,7 +86,7 @@ def measure(scene: str, way: str) -> dict[str, float]:
     sharing = may_share(snapshot, compile_materials(snapshot.materials), [])
     if sharing is not None:
         sharing.nested[:] = way == "nested"
-    preparing.fitted = lambda *_: None if way == "plain" else sharing  # type: ignore[attr-defined]
+    preparing.sharing_that_fits = lambda *_: None if way == "plain" else sharing  # type: ignore[attr-defined]
     before = resident("VmRSS")
     reset_peak()
     started = time.process_time()

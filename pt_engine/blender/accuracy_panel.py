@@ -5,33 +5,33 @@ from __future__ import annotations
 import bpy
 
 from .object_panels import DataPanel
-from .panels import RenderPanel, listing
+from .panels import RenderPanel
 from .record import Session
 from .words import duration, error_lines, ledger_lines
+from .wrapping import listing
 
 PASS_SWITCHES = ("use_pass_standard_error", "use_pass_sample_count", "use_pass_halves")
 
 
-def error_section(layout, stats) -> None:
+def error_section(layout, context, stats) -> None:
     """The error with its interval, and what ended the render."""
-    listing(layout, error_lines(stats))
+    listing(layout, context, error_lines(stats))
 
 
-def prediction_section(layout, stats) -> None:
+def prediction_section(layout, context, stats) -> None:
     """What the render foretold, and what half the error would cost."""
+    lines = []
     if found := stats.get("prediction"):
         low, high = found["seconds_ci95"]
-        layout.label(
-            text=f"Foretold: {100 * found['target']:.3g} % after {duration(found['seconds'])} "
-            f"({duration(low)} to {duration(high)})",
-            icon="TIME",
-        )
-    layout.label(text=f"Half the error: about {duration(4 * stats['seconds']['render'])} of rendering")
+        when = f"{duration(found['seconds'])} ({duration(low)} to {duration(high)})"
+        lines.append(f"Foretold: {100 * found['target']:.3g}% after {when}")
+    lines.append(f"Half the error: about {duration(4 * stats['seconds']['render'])} of rendering")
+    listing(layout, context, lines)
 
 
-def ledger_section(layout, stats) -> None:
+def ledger_section(layout, context, stats) -> None:
     """Where the time went, and a page with all of it."""
-    listing(layout, ledger_lines(stats))
+    listing(layout, context, ledger_lines(stats))
     layout.operator("pt_engine.open_report", icon="URL")
 
 
@@ -47,7 +47,7 @@ class PTENGINE_RENDER_PT_accuracy(RenderPanel, bpy.types.Panel):
             self.layout.label(text="Nothing is rendered yet")
             return
         for section in SECTIONS:
-            section(self.layout, stats)
+            section(self.layout, context, stats)
 
 
 class PTENGINE_VIEWLAYER_PT_passes(DataPanel, bpy.types.Panel):

@@ -10,15 +10,18 @@ ENGINE = "PT_ENGINE"
 # shown better by another panel:
 NOT_FOR_US = ("freestyle", "preview", "simplify", "VIEWLAYER_PT_filter", "NODE_DATA_PT_light")
 DOUBLE = ("DATA_PT_light",)
-# and these are useful here though they are marked for EEVEE alone:
+# and these are useful here though they are marked for EEVEE, or EEVEE and Cycles, alone:
 OF_EEVEE = (
     "DATA_PT_camera_dof",
     "DATA_PT_camera_dof_aperture",
     "DATA_PT_EEVEE_light",
     "EEVEE_MATERIAL_PT_context_material",
+    "EEVEE_MATERIAL_PT_displacement",
     "EEVEE_MATERIAL_PT_surface",
     "EEVEE_WORLD_PT_surface",
+    "OBJECT_PT_shadow_terminator",
 )
+SINCE_5 = ("VIEWLAYER_PT_override",)  # of EEVEE and Cycles
 
 
 def panels():
@@ -26,7 +29,7 @@ def panels():
     for panel in bpy.types.Panel.__subclasses__():
         name, engines = panel.__name__, getattr(panel, "COMPAT_ENGINES", ())
         left_out = name in DOUBLE or any(part in name for part in NOT_FOR_US)
-        if ("BLENDER_RENDER" in engines and not left_out) or name in OF_EEVEE:
+        if ("BLENDER_RENDER" in engines and not left_out) or name in (*OF_EEVEE, *SINCE_5):
             yield panel
 
 

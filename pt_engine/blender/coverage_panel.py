@@ -11,6 +11,7 @@ from .compatibility import ENGINE
 from .node_places import place_of, show
 from .record import Session
 from .words import inexact
+from .wrapping import wrapped
 
 LINES = 24  # findings that are listed
 
@@ -66,7 +67,7 @@ class PTENGINE_RENDER_PT_coverage(CoveragePanel, bpy.types.Panel):
         layout.prop(context.scene.pt_engine, "strict")
         layout.operator("pt_engine.check_scene", icon="VIEWZOOM")
         if Session.checked or Session.last:
-            draw_findings(layout, findings())
+            draw_findings(layout, context, findings())
 
 
 class PTENGINE_MATERIAL_PT_coverage(CoveragePanel, bpy.types.Panel):
@@ -81,11 +82,12 @@ class PTENGINE_MATERIAL_PT_coverage(CoveragePanel, bpy.types.Panel):
         layout.operator("pt_engine.check_scene", icon="VIEWZOOM")
         name = context.material.name
         if Session.checked or Session.last:
-            draw_findings(layout, {owner: found for owner, found in findings().items() if owner == name})
+            own = {owner: found for owner, found in findings().items() if owner == name}
+            draw_findings(layout, context, own)
 
 
-def draw_findings(layout, by_owner) -> None:
-    """A box for each owner, a row for each finding."""
+def draw_findings(layout, context, by_owner) -> None:
+    """A box for each owner; in it each finding, what it means, and the way to its node."""
     if not by_owner:
         layout.label(text="All of it is rendered exactly", icon="CHECKMARK")
     left = LINES
@@ -97,10 +99,12 @@ def draw_findings(layout, by_owner) -> None:
         for entry in entries[:left]:
             row = column.row()
             icon = "ERROR" if entry.state == "ignored" else "DOT"
-            row.label(text=f"{entry.node} {entry.state}: {entry.effect}", icon=icon)
+            row.label(text=f"{entry.node}: {entry.state}", icon=icon)
             if place_of(owner, entry.node) is not None:
                 jump = row.operator("pt_engine.show_node", text="", icon="RESTRICT_SELECT_OFF")
                 jump.owner, jump.node = owner, entry.node
+            for line in wrapped(entry.effect, context):
+                column.label(text=line, icon="BLANK1")
         left -= len(entries)
     hidden = sum(map(len, by_owner.values())) - LINES
     if hidden > 0:

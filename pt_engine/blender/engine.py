@@ -18,6 +18,7 @@ class PTEngine(bpy.types.RenderEngine):
     bl_use_preview = False
     bl_use_shading_nodes_custom = False  # Cycles' and EEVEE's shading nodes are the engine's
     bl_use_eevee_viewport = True
+    bl_use_spherical_stereo = True  # else Blender's panel hides its settings
 
     def render(self, depsgraph):
         with reported_to(self, on_failure=self.failed):

@@ -11,10 +11,11 @@ import bpy
 
 from ..render import integrators  # noqa: F401  fills the registry
 from ..render.ledger import Ledger
-from ..render.memory import check_film, fitted, room, room_for_scene
+from ..render.memory import check_film, room, room_for_scene, wavefront_that_fits
 from ..render.progressive import render
 from ..render.stats import statistics
 from ..report.error_picture import error_picture
+from ..scene.another_view import through
 from ..scene.memory import snapshot_bytes
 from ..scene.prepare import prepare
 from . import passes
@@ -38,20 +39,28 @@ def final_render(engine, depsgraph) -> None:
     size = engine.resolution_x, engine.resolution_y
     settings = settings_of(scene, *size)
     settings = replace(settings, half_buffers=passes.wants_halves(depsgraph.view_layer_eval))
-    check_film(settings, room(scene.pt_engine.memory_limit << 20))
+    films = passes.films(depsgraph.view_layer_eval)
+    check_film(settings, room(scene.pt_engine.memory_limit << 20), films)
 
     engine.update_stats("", "Exporting the scene")
     snapshot = export_scene(depsgraph, frame_set=engine.frame_set)
     exported = time.perf_counter() - started
+    prepared = None
     for view, seen in views(engine, depsgraph, snapshot, size):
-        started = time.perf_counter() - exported  # the one export is part of each view's time
-        engine.update_stats("", "Preparing the scene")
-        prepared = prepared_to_fit(seen, settings, scene.pt_engine)
-        record.coverage = tuple(dict.fromkeys(chain(record.coverage, prepared.coverage)))
-        tell_coverage(engine, prepared.coverage, scene.pt_engine.strict)
+        if not Session.observer.wants(view):
+            continue
+        started = time.perf_counter() - exported  # the one export is part of the first view's time
+        first, prepared = prepared is None, prepared and through(prepared, seen)
+        if prepared is None:
+            engine.update_stats("", "Preparing the scene")
+            prepared = prepared_to_fit(seen, settings, scene.pt_engine, films)
+        if first:  # a camera changes nothing in the coverage
+            record.coverage = tuple(dict.fromkeys(chain(record.coverage, prepared.coverage)))
+            tell_coverage(engine, prepared.coverage, scene.pt_engine.strict)
         if Session.observer.takes_over(prepared, settings, seen):
             return
-        settings = fitted(settings, room(scene.pt_engine.memory_limit << 20, prepared.bytes))
+        left = room(scene.pt_engine.memory_limit << 20, prepared.bytes)
+        settings = wavefront_that_fits(settings, left, films)
         stats = render_view(engine, depsgraph, prepared, settings, view)
         stats["seconds"]["export"] = exported
         stats["seconds"]["total"] = time.perf_counter() - started
@@ -62,12 +71,11 @@ def final_render(engine, depsgraph) -> None:
         write_json(bpy.path.abspath(scene.pt_engine.stats_path), record.statistics())
 
 
-def prepared_to_fit(snapshot, settings, own):
+def prepared_to_fit(snapshot, settings, own, films: int):
     """The scene, placed so that it fits in what the machine has free, or in what the user allows."""
     left = room(own.memory_limit << 20, snapshot_bytes(snapshot))
-    return prepare(
-        snapshot, settings.film_transparent, own.texture_memory << 20, room_for_scene(settings, left)
-    )
+    spare = room_for_scene(settings, left, films)
+    return prepare(snapshot, settings.film_transparent, own.texture_memory << 20, spare)
 
 
 def render_view(engine, depsgraph, prepared, settings, view: str) -> dict[str, Any]:
@@ -84,13 +92,13 @@ def render_view(engine, depsgraph, prepared, settings, view: str) -> dict[str, A
 
         ledger = Ledger()
         result = render(prepared, settings, on_progress, meter.should_stop, ledger)
-        for extra in passes.enabled(depsgraph.view_layer_eval):
-            picture.fill(extra.name, extra.image(result.film))
+        for name, image in passes.images(depsgraph.view_layer_eval, result):
+            picture.fill(name, image)
         picture.show(result.image())
 
     stats = statistics(prepared, settings, result, ledger)
     frame = depsgraph.scene_eval.frame_current
-    add_commands(stats["nonfinite"]["samples"], settings, bpy.data.filepath, frame, layer)
+    add_commands(stats["nonfinite"]["samples"], settings, bpy.data.filepath, frame, layer, view)
     stats["versions"]["blender"] = bpy.app.version_string
     stats["view_layer"] = layer
     Session.observer.on_film(result.film)

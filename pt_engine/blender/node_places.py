@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import bpy
 
+AFTER_REDRAW = 0.1  # seconds
+
 
 class Place(NamedTuple):
     """A node: its owner (material, world or light), the group nodes on the way in, and itself."""
@@ -55,11 +57,19 @@ def show(context, place: Place) -> None:
     for node in tree.nodes:
         node.select = node == place.node
     tree.nodes.active = place.node
-    for window in context.window_manager.windows:
+    for _, area in shader_editors():
+        turn_to(area.spaces.active, place)
+        area.tag_redraw()
+    # the redraw goes to where the tree was last looked at
+    bpy.app.timers.register(frame_selected, first_interval=AFTER_REDRAW)
+
+
+def shader_editors():
+    """Each with its window."""
+    for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
-            space = area.spaces.active
-            if area.type == "NODE_EDITOR" and space.tree_type == "ShaderNodeTree":
-                frame(window, area, space, place)
+            if area.type == "NODE_EDITOR" and area.spaces.active.tree_type == "ShaderNodeTree":
+                yield window, area
 
 
 def select_owner(context, owner) -> None:
@@ -79,15 +89,19 @@ def select_owner(context, owner) -> None:
         return
 
 
-def frame(window, area, space, place: Place) -> None:
-    """Open the node's tree in an editor and bring the node into view."""
+def turn_to(space, place: Place) -> None:
+    """Open the node's tree in an editor."""
     space.shader_type = "WORLD" if isinstance(place.owner, bpy.types.World) else "OBJECT"
     space.pin = True  # else the editor goes back to its own context's tree before it draws
     space.path.start(place.owner.node_tree)
     for group in place.groups:
         space.path.append(group.node_tree, node=group)
     space.pin = False
-    region = next(region for region in area.regions if region.type == "WINDOW")
-    with bpy.context.temp_override(window=window, area=area, region=region):
-        bpy.ops.node.view_selected()
-    area.tag_redraw()
+
+
+def frame_selected() -> None:
+    """Bring the selected node into view in every shader editor."""
+    for window, area in shader_editors():
+        region = next(region for region in area.regions if region.type == "WINDOW")
+        with bpy.context.temp_override(window=window, area=area, region=region):
+            bpy.ops.node.view_selected()

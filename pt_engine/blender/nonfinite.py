@@ -4,19 +4,28 @@ from __future__ import annotations
 
 import shlex
 
-PATH_SETTINGS = ("rr_depth", "transparent_depth", "sampler", "pixel_filter", "filter_width")
+PATH_SETTINGS = (
+    "rr_depth",
+    "transparent_depth",
+    "clamp_direct",
+    "clamp_indirect",
+    "sampler",
+    "pixel_filter",
+    "filter_width",
+)
 
 
-def add_commands(dropped, settings, file: str, frame: int, view_layer: str) -> None:
+def add_commands(dropped, settings, file: str, frame: int, view_layer: str, view: str = "") -> None:
     """Give each dropped sample the command that replays it."""
     for sample in dropped:
-        sample["command"] = replay_command(sample, settings, file, frame, view_layer)
+        sample["command"] = replay_command(sample, settings, file, frame, view_layer, view)
 
 
-def replay_command(sample, settings, file: str, frame: int, view_layer: str) -> str:
+def replay_command(sample, settings, file: str, frame: int, view_layer: str, view: str = "") -> str:
     """`python -m pt_engine replay …` with all settings that a path depends on, however they were set."""
     words = ["python", "-m", "pt_engine", "replay", file or "FILE.blend"]
     words += ["--pixel", f"{sample['x']},{sample['y']}", "--sample", str(sample["sample"])]
+    words += ["--view", view] if view else []
     return shlex.join([*words, *settings_words(settings, frame, view_layer)])
 
 

@@ -37,7 +37,10 @@ class PTENGINE_LIGHT_PT_settings(DataPanel, bpy.types.Panel):
             layout.prop(light, "spread")
         layout.prop(light, "use_shadow", text="Cast Shadow")
         if hasattr(light, "cycles"):
+            layout.prop(light.cycles, "max_bounces")
             layout.prop(light.cycles, "use_multiple_importance_sampling", text="Multiple Importance")
+            if light.type == "AREA":
+                layout.prop(light.cycles, "is_portal", text="Portal")
 
 
 class PTENGINE_LIGHT_PT_nodes(DataPanel, bpy.types.Panel):
@@ -76,6 +79,7 @@ class PTENGINE_OBJECT_PT_ray_visibility(DataPanel, bpy.types.Panel):
         for kind in RAY_KINDS:
             if kind != "shadow" or context.object.type != "LIGHT":
                 column.prop(context.object, f"visible_{kind}", text=kind.replace("_", " ").title())
+        column.prop(context.object, "is_shadow_catcher")
 
 
 CLASSES = (PTENGINE_LIGHT_PT_settings, PTENGINE_LIGHT_PT_nodes, PTENGINE_OBJECT_PT_ray_visibility)

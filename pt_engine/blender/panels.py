@@ -7,10 +7,11 @@ import bpy
 from .compatibility import ENGINE
 from .record import Session
 from .words import count, duration, estimated_error
+from .wrapping import listing
 
 LINES = 24  # of a listing
 
-OWN, RENDER, CYCLES = "pt_engine", "render", "cycles"
+OWN, RENDER, CYCLES, CURVES = "pt_engine", "render", "cycles", "cycles_curves"
 
 # name, label, closed, rows of (owner, property)
 PROPERTY_PANELS = (
@@ -36,8 +37,30 @@ PROPERTY_PANELS = (
         "light_paths",
         "Light Paths",
         False,
-        ((OWN, "max_depth"), (OWN, "rr_depth"), (OWN, "transparent_depth")),
+        (
+            *((OWN, "max_depth"), (OWN, "rr_depth"), (OWN, "transparent_depth")),
+            *((OWN, "clamp_direct"), (OWN, "clamp_indirect")),
+        ),
     ),
+    (
+        "motion_blur",
+        "Motion Blur",
+        True,
+        (
+            (RENDER, "use_motion_blur"),
+            (RENDER, "motion_blur_position"),
+            (RENDER, "motion_blur_shutter"),
+            (CYCLES, "rolling_shutter_type"),
+            (CYCLES, "rolling_shutter_duration"),
+        ),
+    ),
+    (
+        "subdivision",
+        "Subdivision",
+        True,
+        ((CYCLES, "dicing_rate"), (CYCLES, "offscreen_dicing_scale"), (CYCLES, "max_subdivisions")),
+    ),
+    ("curves", "Curves", True, ((CURVES, "shape"), (CURVES, "subdivisions"))),
     (
         "film",
         "Film",
@@ -97,7 +120,11 @@ def property_panel(name, label, closed, rows):
     return type(
         f"PTENGINE_RENDER_PT_{name}",
         (RenderPanel, bpy.types.Panel),
-        {"bl_label": label, "bl_options": {"DEFAULT_CLOSED"} if closed else set(), "draw": draw},
+        {
+            "bl_label": label,
+            "bl_options": {"DEFAULT_CLOSED"} if closed else set(),
+            "draw": draw,
+        },
     )
 
 
@@ -111,8 +138,14 @@ def is_active(scene, prop: str) -> bool:
         return scene.pt_engine.target_error > 0 and scene.pt_engine.target_of == "PIXELS"
     if prop == "min_samples":
         return scene.pt_engine.target_error > 0 or scene.pt_engine.adaptive
+    if prop == "rolling_shutter_duration" and scene.cycles.rolling_shutter_type == "NONE":
+        return False
+    if prop.startswith(("motion_blur", "rolling_shutter")):
+        return scene.render.use_motion_blur
     if prop.startswith("simplify"):
         return scene.render.use_simplify
+    if prop == "subdivisions":
+        return scene.cycles_curves.shape == "RIBBONS"
     if prop == "threads":
         return scene.render.threads_mode == "FIXED"
     return True
@@ -140,9 +173,9 @@ class PTENGINE_RENDER_PT_statistics(RenderPanel, bpy.types.Panel):
         if record is None:
             layout.label(text="Nothing is rendered yet")
         elif record.failure:
-            listing(layout, record.failure.splitlines()[:LINES], icon="ERROR")
+            listing(layout, context, record.failure.splitlines()[:LINES], icon="ERROR")
         else:
-            listing(layout, statistics_lines(record.statistics()))
+            listing(layout, context, statistics_lines(record.statistics()))
 
 
 def statistics_lines(stats) -> list[str]:
@@ -161,13 +194,6 @@ def statistics_lines(stats) -> list[str]:
     if dropped := stats["nonfinite"]["count"]:
         lines.append(f"{dropped} non-finite samples dropped")
     return lines + [f"{name}: {state}" for name, state in stats["features"].items()]
-
-
-def listing(layout, lines, icon="NONE") -> None:
-    """Lines of text, close together."""
-    column = layout.box().column(align=True)
-    for number, line in enumerate(lines):
-        column.label(text=line, icon=icon if number == 0 else "NONE")
 
 
 PROPERTY_CLASSES = tuple(property_panel(*row) for row in PROPERTY_PANELS)

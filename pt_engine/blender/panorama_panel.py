@@ -23,6 +23,7 @@ LENSES = {  # projection → its properties
 class PTENGINE_CAMERA_PT_panorama(DataPanel, bpy.types.Panel):
     bl_label = "Panorama"
     bl_context = "data"
+    bl_parent_id = "DATA_PT_lens"
 
     @classmethod
     def applies(cls, context):
@@ -36,7 +37,10 @@ class PTENGINE_CAMERA_PT_panorama(DataPanel, bpy.types.Panel):
             layout.label(text="Rendered as equirectangular", icon="ERROR")
         column = layout.column(align=True)
         for name in LENSES.get(camera.panorama_type, ()):
-            column.prop(camera, name)
+            if name.startswith("fisheye_polynomial_"):
+                column.prop(camera, name, text=name[-2:].upper())
+            else:
+                column.prop(camera, name)
 
 
 CLASSES = (PTENGINE_CAMERA_PT_panorama,)

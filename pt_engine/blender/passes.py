@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..render.film import Film
+from ..render.progressive import RenderResult
 
 
 class Pass(NamedTuple):
@@ -41,14 +42,39 @@ def wants_halves(layer) -> bool:
     return any(p.switch == "use_pass_halves" for p in enabled(layer))
 
 
-def registered_passes(layer) -> Iterator[tuple[str, int, str, str]]:
-    """Name, channels, letters and kind of each pass, for Blender's list of sockets."""
-    yield COMBINED
+def of_groups(layer) -> dict[str, str]:
+    """The passes of a view layer's light groups, by their names, and the groups'."""
+    return {f"Combined_{group.name}": group.name for group in layer.lightgroups}
+
+
+def films(layer) -> int:
+    """How many pictures are kept of a view layer: one, and one for each light group."""
+    return 1 + len(layer.lightgroups)
+
+
+def beside_combined(layer) -> Iterator[tuple[str, int, str, str]]:
+    """Name, channels, letters and kind of each pass of a view layer but the first."""
     for p in enabled(layer):
         yield p.name, p.channels, p.letters, p.kind
+    for name in of_groups(layer):
+        yield name, 3, "RGB", "COLOR"
+
+
+def registered_passes(layer) -> Iterator[tuple[str, int, str, str]]:
+    """The same with Combined, for Blender's list of sockets."""
+    yield COMBINED
+    yield from beside_combined(layer)
 
 
 def add_to(engine, layer) -> None:
     """Have the next render result hold the passes of a view layer."""
+    for name, channels, letters, _ in beside_combined(layer):
+        engine.add_pass(name, channels, letters, layer=layer.name)
+
+
+def images(layer, result: RenderResult) -> Iterator[tuple[str, np.ndarray]]:
+    """Name and image of each pass of a view layer but the first."""
     for p in enabled(layer):
-        engine.add_pass(p.name, p.channels, p.letters, layer=layer.name)
+        yield p.name, p.image(result.film)
+    for name, group in of_groups(layer).items():
+        yield name, result.light_group(group)

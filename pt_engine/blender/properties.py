@@ -135,6 +135,20 @@ class PTEngineSettings(bpy.types.PropertyGroup):
         min=0,
         max=1024,
     )
+    clamp_direct: FloatProperty(
+        name="Clamp Direct",
+        description="What a sample may bring at most of light after one bounce; 0 for all. "
+        "It takes fireflies and the energy in them: the image is biased",
+        default=0.0,
+        min=0.0,
+    )
+    clamp_indirect: FloatProperty(
+        name="Clamp Indirect",
+        description="What a sample may bring at most of light after several bounces; 0 for all "
+        "(Cycles' default is 10). It takes fireflies and the energy in them: the image is biased",
+        default=0.0,
+        min=0.0,
+    )
     pixel_filter: EnumProperty(
         name="Pixel Filter",
         description="How much each point around a pixel counts in it",

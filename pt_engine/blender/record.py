@@ -17,6 +17,10 @@ SUMMED = ("export", "build", "render", "write", "total")
 class Observer:
     """Follows renders; the command line puts its own in place of this, which does nothing."""
 
+    def wants(self, view: str) -> bool:
+        """Whether a view is to be rendered ("" where there is but one)."""
+        return True
+
     def takes_over(self, scene, settings, snapshot) -> bool:
         """Called when the scene is prepared; True if nothing is to be rendered."""
         return False

@@ -10,6 +10,9 @@ from . import (
     accuracy_panel,
     compatibility,
     coverage_panel,
+    cycles_panels,
+    light_group_panels,
+    motion_panels,
     object_panels,
     operators,
     panels,
@@ -21,8 +24,8 @@ from . import (
 from .engine import PTEngine
 
 PARTS = (
-    *(properties, operators, panels, accuracy_panel, coverage_panel, object_panels, panorama_panel),
-    *(compatibility, preferences),
+    *(properties, operators, panels, accuracy_panel, coverage_panel, object_panels),
+    *(cycles_panels, panorama_panel, light_group_panels, motion_panels, compatibility, preferences),
 )
 
 

@@ -35,6 +35,8 @@ def settings_of(scene, width: int, height: int) -> RenderSettings:
         max_depth=own.max_depth,
         rr_depth=own.rr_depth,
         transparent_depth=own.transparent_depth,
+        clamp_direct=own.clamp_direct,
+        clamp_indirect=own.clamp_indirect,
         sampler=own.sampler,
         pixel_filter=kind,
         filter_width=filter_width,

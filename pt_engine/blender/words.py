@@ -57,7 +57,7 @@ def estimated_error(error: dict) -> str:
     low, high = (error.get("relmse_ci95") or (None, None))[:2]
     text = f"{math.sqrt(max(relative, 0.0)):.2%} relative RMS"
     if low is not None and high is not None and math.isfinite(high):
-        text += f" (95 %: {math.sqrt(max(low, 0.0)):.2%} to {math.sqrt(max(high, 0.0)):.2%})"
+        text += f" (95%: {math.sqrt(max(low, 0.0)):.2%} to {math.sqrt(max(high, 0.0)):.2%})"
     return text
 
 

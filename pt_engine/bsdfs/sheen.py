@@ -4,7 +4,7 @@
 
 Zeltner, Burley and Chiang 2022, "Practical Multiple-Scattering Sheen Using Linearly Transformed Cosines": a
 cosine lobe bent by a matrix, (x, y, z) = wo in the frame whose x axis is the viewer's side. a, b and the
-albedo R depend on roughness and θi; the tables of `sheen.npz` are Cycles', as `scripts/measure_sheen.py`
+albedo R depend on roughness and θi; the tables of `sheen.npz` are Cycles', as `tools/measure_sheen.py`
 has measured them. R is what the layers below do without.
 """
 

@@ -99,11 +99,12 @@ class Draw(NamedTuple):
 
 
 class Hits(NamedTuple):
-    """What rays see of one lamp: lanes (k,), radiance (3, k) and pdf (k,) as in `Draw`."""
+    """What rays see of one lamp: lanes (k,), radiance (3, k) and pdf (k,) as in `Draw`; its light group."""
 
     lanes: Index
     radiance: Float32
     pdf: Float32
+    group: int | NDArray[np.integer] = 0
 
 
 NO_HITS = Hits(NO_LANES, np.empty((3, 0), np.float32), np.empty(0, np.float32))

@@ -63,9 +63,9 @@ class Faces:
         """(n,) the face that each `triangle` belongs to."""
         return self._number.take(triangle, mode="clip")
 
-    def whose(self) -> NDArray[np.int32]:
+    def whose(self) -> NDArray[np.int64]:
         """(F,) `TriangleEmitters.whose` of each face."""
-        every = np.full(len(self.power), Visibility.ALL, np.int32)
+        every = np.full(len(self.power), Visibility.ALL, np.int64)
         if self._emitters.whose is not None:
             every[self._number] = self._emitters.whose
         return every

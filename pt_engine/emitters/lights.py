@@ -143,14 +143,17 @@ class Lights:
         self._crowd = crowd(shining, self._lamps, self._first.tolist(), radius, surfaces)
         self.description = self._describe(shining)
         shown = shown or Shown()
+        of_lamps_and_faces = [lamp.data.light_group for lamp in shining], self.whose_faces() >> 32
+        groups = np.concatenate([*of_lamps_and_faces, [shown.world_group] * len(of_world)]).astype(np.int32)
+        self.light_group = groups if groups.any() else None
         world = shown.world if environment is not None else None
         self.restrictions: Restrictions | None = restrictions(
             shining, faces, world, shown.linking, shown.apart
         )
 
-    def whose_faces(self) -> NDArray[np.int32]:
+    def whose_faces(self) -> NDArray[np.int64]:
         """(F,) `TriangleEmitters.whose` of each emissive face."""
-        return np.zeros(0, np.int32) if self._faces is None else self._faces.whose()
+        return np.zeros(0, np.int64) if self._faces is None else self._faces.whose()
 
     def compensated(self) -> Lights:
         """The same lights for estimators that also find them by BSDF sampling and weigh both by MIS."""
@@ -343,6 +346,8 @@ class Lights:
         if self.restrictions is not None and ways is not None and hits.lanes.size:
             lit = self.restrictions.met(number, ways.take(hits.lanes))
             hits = hits._replace(radiance=hits.radiance * lit)
+        if self.light_group is not None:
+            hits = hits._replace(group=self.light_group[number])
         if self.by_place is None or place is None or not hits.lanes.size:
             return hits
         ratio = self.by_place.ratio(place.take(hits.lanes), np.broadcast_to(number, hits.lanes.shape))

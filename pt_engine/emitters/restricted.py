@@ -74,11 +74,14 @@ class Shown(NamedTuple):
     linking : Linking or None
     apart : (S,) bool or None
         By set of linked emitters: whether some objects cast no shadow in their light.
+    world_group : int
+        The world's light group.
     """
 
     world: int = Visibility.ALL
     linking: Linking | None = None
     apart: NDArray[np.bool_] | None = None
+    world_group: int = 0
 
 
 class Ways(NamedTuple):
@@ -162,7 +165,7 @@ def restrictions(
     if faces is not None:
         whose = faces.whose()
         seen += (whose & 255).tolist()
-        groups += (whose >> 8).tolist()
+        groups += (whose >> 8 & 0xFFFFFF).tolist()
         bounces += [UNLIMITED] * len(whose)
     if world is not None:
         seen, groups, bounces = [*seen, world], [*groups, 0], [*bounces, UNLIMITED]

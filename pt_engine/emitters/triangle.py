@@ -31,15 +31,16 @@ class TriangleEmitters:
         Le changes over the surface, so that the caller evaluates it.
     error : (T,) float32
         Bound of the error of a hit point along the normal, m.
-    whose : (T,) int32 or None
-        `Visibility` bits of its object, and from bit 8 on its set of linked emitters; None for all alike.
+    whose : (T,) int64 or None
+        `Visibility` bits of its object, from bit 8 on its set of linked emitters, from bit 32 on its light
+        group; None for all alike.
     """
 
     vertices: Float32
     radiance: Float32
     varies: NDArray[np.bool_]
     error: Float32
-    whose: NDArray[np.int32] | None = None
+    whose: NDArray[np.int64] | None = None
 
     @property
     def count(self) -> int:

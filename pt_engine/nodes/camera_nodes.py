@@ -15,14 +15,14 @@ from .registry import Outputs, node
 Float32 = NDArray[np.float32]
 
 
-@lane_op(VECTOR, moves=True)
+@lane_op(VECTOR, moves=True, reads="view")
 def camera_position(lanes: Any, in_world: bool) -> Float32:
     """The point in camera space; what is infinitely far is a direction."""
     view = lanes.view
     return view.vector(lanes.position) if in_world else view.point(lanes.position)  # type: ignore[no-any-return]
 
 
-@lane_op(VECTOR, moves=True)
+@lane_op(VECTOR, moves=True, reads="view")
 def window(lanes: Any, in_world: bool) -> Float32:
     """(u, v, 0) in the image, [0, 1] from its lower left corner."""
     out = np.zeros((3, lanes.n), np.float32)
@@ -30,7 +30,7 @@ def window(lanes: Any, in_world: bool) -> Float32:
     return out
 
 
-@lane_op(VECTOR)
+@lane_op(VECTOR, reads="view")
 def from_camera(lanes: Any) -> Float32:
     """The point in camera space. In a world it is the ray's direction taken as a point, as in Cycles."""
     return lanes.view.point(lanes.position)  # type: ignore[no-any-return]

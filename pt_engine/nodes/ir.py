@@ -44,6 +44,10 @@ class Op:
         One that gives three components from the same arguments, this one's result the first of them.
     alone : Op, optional
         One that gives the first of its results and no other, for less work.
+    part : callable, optional
+        Some of the numbers 0, 1, 2 → an op that gives only these components of its result, for less work.
+    splits : bool
+        Its result number k is component k of its argument, and needs no other.
     rest : tuple of str
         What the arguments are that the function takes together as `*arguments`.
     """
@@ -56,6 +60,8 @@ class Op:
     first_of: Op | None = None
     rest: tuple[str, ...] = ()
     alone: Op | None = None
+    part: Callable[[tuple[int, ...]], Op] | None = None
+    splits: bool = False
 
     @property
     def name(self) -> str:
@@ -264,7 +270,7 @@ def _one_minus(a: Float32) -> Float32:
 
 spread_color, spread_vector = Op(_spread, (COLOR,)), Op(_spread, (VECTOR,))
 as_color, as_vector = Op(_same, (COLOR,)), Op(_same, (VECTOR,))
-first_component = Op(_first, (FLOAT,))
+first_component = Op(_first, (FLOAT,), splits=True)
 one_minus, one_minus_color = Op(_one_minus, (FLOAT,)), Op(_one_minus, (COLOR,))
 _product = {t: Op(_multiply, (t,)) for t in (FLOAT, COLOR, VECTOR)}
 _sum = {t: Op(_add, (t,)) for t in (FLOAT, COLOR, VECTOR)}

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .hashes import floats_to_float
 from .math_nodes import select
-from .perlin import Point, Room, signed_noise
+from .perlin import Cloud, Point, Room, scaled_noise, signed_noise
 
 Float32 = NDArray[np.float32]
 MANY: Final = 16384  # lanes beside which what numpy's calls cost by themselves is little
@@ -50,6 +50,7 @@ class Octaves:
         self.rest = self.detail - self.whole
         self.last = int(self.whole.max(initial=0))
         self.any_rest = bool((self.rest != 0).any())
+        self.are_all_whole = not self.any_rest and bool((self.whole == self.last).all())
 
     def has(self, i: int) -> Float32:
         """1 where octave i is a whole one."""
@@ -72,8 +73,12 @@ def fbm(point: Point, detail: Float32, roughness: Float32, lacunarity: Float32, 
     amplitude = np.ones(1, np.float32)
     total, reach = np.zeros(1, np.float32), np.zeros(1, np.float32)
     partial = np.zeros(1, np.float32)
-    for i, noise in enumerate(scaled_noises(point, lacunarity, len(octaves.numbers))):
-        t = noise * amplitude
+    for i, t in enumerate(scaled_noises(point, lacunarity, len(octaves.numbers))):
+        t = np.multiply(t, amplitude, out=t if amplitude.size == 1 else None)
+        if octaves.are_all_whole:
+            total, reach = np.add(total, t, out=t), reach + amplitude
+            amplitude = amplitude * roughness
+            continue
         if octaves.any_rest:
             after, limit = total + t, reach + amplitude
             value, bound = _normalized(after, limit, normalize), _normalized(total, reach, normalize)
@@ -87,15 +92,15 @@ def fbm(point: Point, detail: Float32, roughness: Float32, lacunarity: Float32, 
 
 def scaled_noises(point: Point, lacunarity: Float32, count: int) -> Iterator[Float32]:
     """Noise of the point times lacunarityⁱ, i < `count`; where lanes are few, of several i in one call."""
-    room, scales = Room(), [np.ones(1, np.float32)]
+    room, cloud, scales = Room(), Cloud.of(point), [np.ones(1, np.float32)]
     for _ in range(count - 1):
         scales.append(scales[-1] * lacunarity)
-    size = max(a.shape[-1] for a in (*point, scales[-1]))
+    size = max(cloud.size, scales[-1].size)
     together = max(MANY // max(size, 1), 1)
     for first in range(0, count, together):
         some = scales[first : first + together]
-        if len(some) == 1:
-            yield signed_noise(scaled(point, some[0]), room)
+        if some[-1].size == 1 and len(some) == 1:
+            yield scaled_noise(cloud, some[0], room)
             continue
         wide = [np.concatenate([np.broadcast_to(p * s, size) for s in some]) for p in point]
         yield from signed_noise(wide, room).reshape(len(some), size)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -45,28 +46,42 @@ def _settings(detail: Float32, roughness: Float32, *rest: Float32) -> tuple[Floa
 SETTINGS: Final = ("detail", "roughness", "lacunarity", "offset", "gain")
 
 
-@op(COLOR, rest=SETTINGS)
-def noise_color(
-    dimensions: int,
-    kind: str,
-    normalize: bool,
-    vector: Float32,
-    w: Float32,
-    scale: Float32,
-    distortion: Float32,
-    *settings: Float32,
-) -> Float32:
-    """The Noise texture's Color: its Factor in red, two more of its kind in green and blue."""
-    point = distorted(point_of(dimensions, vector, w, scale), distortion)
-    fractal, values = noise.FRACTALS[kind], _settings(*settings)
-    points = [point, *(noise.moved(point, float(dimensions + k)) for k in (0, 1))]
-    size = max(a.shape[-1] for a in (*point, *values))
-    if size > FEW:
-        return np.stack(np.broadcast_arrays(*(fractal(p, values, normalize) for p in points)))
-    # few lanes: all three channels at once, because what numpy's calls cost by themselves counts then
-    wide = [np.concatenate([np.broadcast_to(p, size) for p in axis]) for axis in zip(*points, strict=True)]
-    repeated = [v if v.shape[-1] == 1 else np.tile(np.broadcast_to(v, size), 3) for v in values]
-    return fractal(wide, repeated, normalize).reshape(3, size)
+@cache
+def noise_channels(channels: tuple[int, ...]) -> Op:
+    """The Noise texture's Color: its Factor in red, two more of its kind in green and blue; others are 0."""
+
+    def noise_color(
+        dimensions: int,
+        kind: str,
+        normalize: bool,
+        vector: Float32,
+        w: Float32,
+        scale: Float32,
+        distortion: Float32,
+        *settings: Float32,
+    ) -> Float32:
+        point = distorted(point_of(dimensions, vector, w, scale), distortion)
+        fractal, values = noise.FRACTALS[kind], _settings(*settings)
+        points = [noise.moved(point, float(dimensions + k - 1)) if k else point for k in channels]
+        size = max(a.shape[-1] for a in (*point, *values))
+        color = np.zeros((3, size), np.float32)
+        if size > FEW:
+            for k, p in zip(channels, points, strict=True):
+                color[k] = fractal(p, values, normalize)
+            return color
+        # few lanes: all channels at once, because what numpy's calls cost by themselves counts then
+        wide = [
+            np.concatenate([np.broadcast_to(p, size) for p in axis]) for axis in zip(*points, strict=True)
+        ]
+        repeated = [v if v.shape[-1] == 1 else np.tile(np.broadcast_to(v, size), len(points)) for v in values]
+        color[list(channels)] = fractal(wide, repeated, normalize).reshape(-1, size)
+        return color
+
+    noise_color.__name__ = "noise_" + ("color" if len(channels) == 3 else "".join("rgb"[k] for k in channels))
+    return Op(noise_color, (COLOR,), rest=SETTINGS, part=noise_channels)
+
+
+noise_color: Final = noise_channels((0, 1, 2))
 
 
 def _noise_value(

@@ -150,7 +150,8 @@ class Entry:
     def __init__(self, structure: Structure, table: ConstantTable, roots: Sequence[int]) -> None:
         self.table = table
         self.outputs = [structure.roots[r] for r in roots]
-        self.steps = components_taken(needed_steps(structure.steps, self.outputs), table)
+        needed = components_taken(needed_steps(structure.steps, self.outputs), table)
+        self.steps = components_read(needed, self.outputs)
         self._dead = dead_after(self.steps, self.outputs)
         self._size = sum(len(s.op.types) for s in structure.steps)
         used = {s.number for step in self.steps for s in step.args if s.constant}
@@ -245,6 +246,23 @@ def components_taken(steps: Sequence[Step], table: ConstantTable) -> list[Step]:
         if step not in taken:
             taken.append(step)
     return taken
+
+
+def components_read(steps: Sequence[Step], outputs: Iterable[Slot]) -> list[Step]:
+    """Steps that give no component which nothing reads, where that is less work."""
+    read = {s.number: {0, 1, 2} for s in outputs if not s.constant}
+    kept = []
+    for step in reversed(steps):
+        results = range(step.first, step.first + len(step.op.types))
+        some = read.get(step.first, set())
+        if step.op.part is not None and len(some) < 3:
+            step = step._replace(op=step.op.part(tuple(sorted(some))))
+        taken = {k for k, number in enumerate(results) if number in read}
+        for s in step.args:
+            if not s.constant:
+                read[s.number] = read.get(s.number, set()) | (taken if step.op.splits else {0, 1, 2})
+        kept.append(step)
+    return kept[::-1]
 
 
 def dead_after(steps: Sequence[Step], outputs: Iterable[Slot]) -> list[list[int]]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..core import vectors
 from .graph import NodeView
-from .ir import FLOAT, VECTOR, Value, lane_op, op
+from .ir import FLOAT, VECTOR, Op, Value, lane_op, op
 from .math_nodes import divide, floored_modulo, power, round_half_up, select
 from .registry import Outputs, node
 
@@ -116,10 +116,12 @@ def vector_math_node(n: NodeView) -> Outputs:
 # ------------------------------------------------------------------ separate, combine
 
 
-@op(FLOAT, FLOAT, FLOAT)
-def separate(v: Float32) -> tuple[Float32, Float32, Float32]:
+def _separate(v: Float32) -> tuple[Float32, Float32, Float32]:
     """The components of a vector."""
     return v[0], v[1], v[2]
+
+
+separate = Op(_separate, (FLOAT, FLOAT, FLOAT), splits=True)
 
 
 @op(VECTOR)
@@ -262,7 +264,7 @@ def vector_rotate_node(n: NodeView) -> Outputs:
     return {"Vector": n.call(rotate_about, vector, center, axis, angle)}
 
 
-@lane_op(VECTOR)
+@lane_op(VECTOR, reads=lambda kind, *spaces: ("view",) if "CAMERA" in spaces else ())
 def change_space(lanes: Any, kind: str, source: str, target: str, vector: Float32) -> Float32:
     """Between world, object and camera space, as a vector, a point or a normal, by way of the world."""
     v = np.ascontiguousarray(np.broadcast_to(vector, (3, lanes.n)))

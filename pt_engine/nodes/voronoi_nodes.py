@@ -15,7 +15,8 @@ from .math_nodes import divide, select
 from .noise import Octaves
 from .noise_nodes import point_of
 from .registry import Outputs, node
-from .voronoi import Octave, Point, Settings
+from .voronoi import Octave
+from .voronoi_cells import Point, Settings, distance
 
 Float32 = NDArray[np.float32]
 ONE: Final = np.ones(1, np.float32)
@@ -51,7 +52,7 @@ def lerp(a: Float32, b: Float32, t: Float32) -> Float32:
 def farthest(settings: Settings, dimension: int) -> Float32:
     """The greatest distance a feature can have, for Normalize."""
     half = np.float32(0.5) + np.float32(0.5) * settings.randomness
-    reach = half if dimension == 1 else voronoi.distance(settings, [half] * dimension)
+    reach = half if dimension == 1 else distance(settings, [half] * dimension)
     return reach * 2 if settings.feature == "F2" else reach
 
 

@@ -69,15 +69,18 @@ class CatcherFilm:
         self._films = [Film(film.width, film.height, order=order) for _ in range(4)]
         self._has_sky = False
 
-    def add(self, pixels: NDArray[np.integer], first: int, count: int, parts: Parts) -> None:
-        """As `Film.add`."""
+    def add(self, pixels: NDArray[np.integer], first: int, count: int, parts: Parts) -> NDArray[np.integer]:
+        """As `Film.add`; the slots that some film has dropped."""
         matte, shaded, alone, sky = self._films
-        matte.add(pixels, first, count, parts.matte, parts.matte_alpha)
-        shaded.add(pixels, first, count, parts.shaded, parts.hit)
-        alone.add(pixels, first, count, parts.alone)
+        dropped = [
+            matte.add(pixels, first, count, parts.matte, parts.matte_alpha),
+            shaded.add(pixels, first, count, parts.shaded, parts.hit),
+            alone.add(pixels, first, count, parts.alone),
+        ]
         if parts.sky is not None:
             self._has_sky = True
-            sky.add(pixels, first, count, parts.sky)
+            dropped.append(sky.add(pixels, first, count, parts.sky))
+        return np.unique(np.concatenate(dropped))
 
     def image(self) -> Float32:
         """(height, width, 4) float32, as `Film.image`."""

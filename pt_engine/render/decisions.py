@@ -1,8 +1,9 @@
 """When a render is good enough, and which pixels still need samples.
 
-The target error: pixels are dealt to two random halves. One decides, the other tells the error of the
-finished image. Pixels are independent, so a half that was lucky enough to stop early says nothing about the
-other: what is reported has no optimism from having stopped there.
+The target error: pixels are dealt to two random halves, and each is finished when the *other* is good enough.
+Pixels are independent, so a half that was lucky has only stopped the other: neither the image nor what its
+samples tell of its error knows of the luck. Where one half is finished, the other goes on to as many samples
+as the finished one says: n (E/target)², with E its error at n samples.
 
 Adaptive sampling: the samples that minimise relMSE for their sum are in proportion to √(w σ²), a pixel's
 noise per sample relative to its level (a Lagrange multiplier makes the gains w σ²/n² equal). A pixel's own
@@ -24,7 +25,6 @@ from .schedule import LARGEST_PASS, Decide, Step
 from .settings import RenderSettings
 
 Float64 = NDArray[np.float64]
-DECIDES, TELLS = 0, 1  # the halves of the pixels
 LEAST = 4  # samples before anything can be decided
 REACH = 2  # pixels to each side that decide about one
 GROWTH = 0.25  # of the samples, between two decisions about pixels
@@ -48,35 +48,42 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
     if not settings.target_error and not settings.adaptive:
         return None
     least = max(LEAST, settings.min_samples)
-    active = order
+    active, last = order, 0  # `last`: the samples at which the second half is finished
 
     @stage("accuracy")
     def decide(done: int) -> Step:
-        nonlocal active
+        nonlocal active, last
         if done < least:
             return Step(least - done, active)
         more = settings.samples or LARGEST_PASS
-        if settings.target_error:
-            more = samples_to_add(film, settings, done)
-        if settings.adaptive and more:
+        if settings.target_error and last:
+            more = last - done
+        elif settings.target_error:
+            wanted = [samples_for_target(film, settings, done, witness=half) for half in (1, 0)]
+            if min(wanted) <= done:
+                last = max(wanted)
+                active = active[drawn(active) == wanted.index(last)]
+            # The error falls at least as 1/√n, so half of what that asks for is safe to add unseen.
+            more = last - done if last else max(1, (min(wanted) - done) // 2)
+        if settings.adaptive and more > 0:
             active = active[wanted_samples(film, settings)[active] > done]
             more = min(more, max(LARGEST_PASS, int(done * GROWTH)))
-        return Step(more, active)
+        return Step(max(0, more), active)
 
     return decide
 
 
-def samples_to_add(film: Film, settings: RenderSettings, done: int) -> int:
-    """Samples until the target error is to be looked at again; 0 when it is reached.
+def drawn(pixels: NDArray[np.int32]) -> NDArray[np.uint32]:
+    """Which random half each of some pixels is of."""
+    return drawn_half(0, int(pixels.max(initial=-1)) + 1)[pixels]
 
-    The error falls at least as 1/√n, so half of what that asks for is safe to add unseen.
-    """
-    error = relative_error(film, settings.target_percentile, DECIDES)
+
+def samples_for_target(film: Film, settings: RenderSettings, done: int, witness: int) -> int:
+    """At how many samples the pixels of the half `witness` say that the target is reached; at least 1."""
+    error = relative_error(film, settings.target_percentile, witness)
     if error is None:
-        return LARGEST_PASS
-    if error <= settings.target_error:
-        return 0
-    return max(1, int(0.5 * done * ((error / settings.target_error) ** 2 - 1)))
+        return done + LARGEST_PASS
+    return max(1, int(np.ceil(done * (error / settings.target_error) ** 2)))
 
 
 def wanted_samples(film: Film, settings: RenderSettings) -> Float64:

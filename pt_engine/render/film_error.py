@@ -7,7 +7,10 @@ image and m its mean,
 
 which for an unbiased estimator of light are the expected squared errors against the converged image, and
 RMSE = √MSE. A pixel that a rare bright sample has hit is bright *because* it is wrong; so R is trusted less
-where it is brighter than its neighbours by what may be noise (`film_noise.level`).
+where it is brighter than its neighbours by what may be noise (`film_noise.levels`). Whether the neighbours'
+own bright samples are light or noise cannot be told either: R is made with them (drawn to the neighbours'
+mean) and without (to the median), and relMSE is the geometric mean of what both give. They agree within a few
+per cent where no sample is rare; the factor between them is told as `fireflies`.
 
 The interval holds the error of *this very* image. Its squared error e² in a pixel and the estimate v
 differ by
@@ -20,8 +23,9 @@ Sobol points are shifted for each), so the variances of a sum add up. σ⁴ is v
 unbiased where v is a χ², and too large for long tails; or, if the sum is larger so, the square of s²/n times
 Σv / Σ(s²/n), which has less noise where v comes from two halves. Channels are taken as fully correlated, the
 worst case, and nearly true for light of one colour. The interval is taken in the logarithm, since the
-estimate is positive and skewed to the right: MSE · exp(± 1.96 s / MSE). It is wider than one for the
-*expected* error of such an image.
+estimate is positive and skewed to the right: MSE · exp(± 1.96 s / MSE). For relMSE, half of the logarithm of
+the factor `fireflies` is one more such width, added as squares are. The interval is wider than one for
+the *expected* error of such an image.
 
 What it cannot know: light that no sample has found yet (a caustic that has not sparkled).
 """
@@ -57,17 +61,16 @@ class _Tally:
         self.shape_total += float(shape.sum())
         self.pixels += len(value)
 
-    def result(self) -> tuple[float, tuple[float, float]]:
-        mean = self.total / self.pixels
-        if mean <= 0:
-            return 0.0, (0.0, 0.0)
+    def result(self) -> tuple[float, float]:
+        """The mean of v, and the half width of its interval in the logarithm."""
+        if self.total <= 0:
+            return 0.0, 0.0
         variance = max(self.own, self.shape * (self.total / (self.shape_total or self.total)) ** 2)
-        spread = float(np.exp(Z95 * np.sqrt(variance) / self.total))
-        return mean, (mean / spread, mean * spread)
+        return self.total / self.pixels, Z95 * float(np.sqrt(variance)) / self.total
 
 
 def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
-    """`mse`, `relmse`, `rmse` and each's `_ci95`; None where no pixel's variance is known.
+    """`mse`, `relmse`, `rmse` and each's `_ci95`, and `fireflies`; None where no pixel's variance is known.
 
     Parameters
     ----------
@@ -76,25 +79,35 @@ def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
     mean : float
         Of the whole image, over pixels and channels.
     """
-    absolute, relative = _Tally(), _Tally()
+    absolute, relative, by_median = _Tally(), _Tally(), _Tally()
     floor = FLOOR * mean**2
     for block in blocks:
         known = block.of(np.flatnonzero(np.isfinite(block.variance[0])))
-        weight = weights(known.level, floor)
         absolute.add(known.variance.mean(axis=0), known.spread, known.parts)
-        relative.add((known.variance * weight).mean(axis=0), known.spread * weight.mean(axis=0), known.parts)
+        for tally, level in ((relative, known.level), (by_median, known.level_by_median)):
+            weight = weights(level, floor)
+            tally.add((known.variance * weight).mean(axis=0), known.spread * weight.mean(axis=0), known.parts)
     if not absolute.pixels:
-        return {key: None for name in NAMES for key in (name, f"{name}_ci95")}
-    (mse, mse_ci95), (relmse, relmse_ci95) = absolute.result(), relative.result()
-    low, high = np.sqrt(mse_ci95)
+        return {key: None for name in NAMES for key in (name, f"{name}_ci95")} | {"fireflies": None}
+    mse, mse_ci95 = _with_interval(*absolute.result())
+    (first, first_width), (second, second_width) = relative.result(), by_median.result()
+    doubt = float(np.log(max(first, second) / min(first, second))) if first > 0 else 0.0
+    width = float(np.hypot((first_width + second_width) / 2, doubt / 2))
+    relmse, relmse_ci95 = _with_interval(float(np.sqrt(first * second)), width)
     return {
         "mse": mse,
         "mse_ci95": mse_ci95,
         "relmse": relmse,
         "relmse_ci95": relmse_ci95,
         "rmse": float(np.sqrt(mse)),
-        "rmse_ci95": (float(low), float(high)),
+        "rmse_ci95": (float(np.sqrt(mse_ci95[0])), float(np.sqrt(mse_ci95[1]))),
+        "fireflies": float(np.exp(doubt)),
     }
+
+
+def _with_interval(value: float, width: float) -> tuple[float, tuple[float, float]]:
+    """A value, and its interval of a half width in the logarithm."""
+    return value, (value * float(np.exp(-width)), value * float(np.exp(width)))
 
 
 def weights(level: Float64, floor: float) -> Float64:

@@ -51,8 +51,9 @@ class Moments(NamedTuple):
     spread : (n,) float64
         s²/n, mean over channels: what the variance of independent samples would be. Less noisy than
         `variance` where that comes from halves.
-    level : (3, n) float64
-        The radiance that errors are relative to: the mean, or where neighbours were asked, less noisy.
+    level, level_by_median : (3, n) float64
+        The radiance that errors are relative to: the mean, or where neighbours were asked, less noisy; they
+        are asked in two ways (see `film_noise.levels`).
     """
 
     mean: Float64
@@ -61,12 +62,13 @@ class Moments(NamedTuple):
     parts: UInt32
     spread: Float64
     level: Float64
+    level_by_median: Float64
 
     def of(self, pixels: NDArray[np.intp]) -> Moments:
         """Those of some of the pixels."""
         return Moments(
             *(self.mean[:, pixels], self.variance[:, pixels], self.samples[pixels], self.parts[pixels]),
-            *(self.spread[pixels], self.level[:, pixels]),
+            *(self.spread[pixels], self.level[:, pixels], self.level_by_median[:, pixels]),
         )
 
 
@@ -76,9 +78,10 @@ def moments_of(sums: Sums) -> Moments:
     variance = sample_variance(sums, mean)
     spread = variance.sum(axis=0) / 3
     if sums.correlated:
-        return Moments(mean, half_variance(sums), sums.samples, np.full_like(sums.samples, 2), spread, mean)
+        halves = np.full_like(sums.samples, 2)
+        return Moments(mean, half_variance(sums), sums.samples, halves, spread, mean, mean)
     variance[:, sums.samples < 2] = np.nan
-    return Moments(mean, variance, sums.samples, sums.samples, spread, mean)
+    return Moments(mean, variance, sums.samples, sums.samples, spread, mean, mean)
 
 
 def sample_variance(sums: Sums, mean: Float64) -> Float64:

@@ -4,12 +4,13 @@ Independent samples tell it themselves, s²/n. Where samples are correlated with
 difference is the only unbiased witness, but a pixel has just one such difference. So the pixels around
 lend theirs: with u the s²/n that independent samples would have,
 
-    v = ρ u        ρ = mean of ¼ (A − B)² / u over 7 × 7 pixels, per channel
+    v = ρ u        ρ = mean of ¼ (A − B)² / u over 7 × 7 pixels, per channel, each with weight
+                       √(the smaller of its u and the pixel's own, over the larger)
 
 u has the shape of the noise, edges and all, and few of its errors; ρ, what stratification gained, is taken to
-change slowly over the image. Where it does not (a clean edge beside rare bright samples) the standard error
-of a pixel is off, while sums over pixels use the unbiased differences themselves. For independent samples
-E ρ = 1 exactly, whatever their distribution: all ways to deal the samples to A and B are equally likely.
+be alike where the noise is: not the same on a clean edge and on a sparkling surface beside it. Sums over
+pixels use the unbiased differences themselves. For independent samples E ρ = 1 exactly, whatever their
+distribution: u does not know how they were dealt to A and B, and all ways are equally likely.
 """
 
 from __future__ import annotations
@@ -46,7 +47,8 @@ def moments_by_band(film: Film, half: int | None = None) -> Iterator[Moments]:
         first, last = max(0, y0 - 1), min(film.height, y1 + 1)
         sums = film.sums(slice(first * film.width, last * film.width))
         moments = moments_of(sums)
-        moments = moments._replace(level=level(moments, film.width))
+        by_mean, by_median = levels(moments, film.width)
+        moments = moments._replace(level=by_mean, level_by_median=by_median)
         inside = np.arange((y0 - first) * film.width, (y1 - first) * film.width)
         if half is not None:
             inside = inside[drawn_half(y0 * film.width, inside.size) == half]
@@ -54,12 +56,16 @@ def moments_by_band(film: Film, half: int | None = None) -> Iterator[Moments]:
 
 
 def relative_variance(film: Film) -> Float64:
-    """Mean over channels of v / (R² + 0.01 m²) of each pixel: (height, width), NaN below two samples."""
+    """Mean over channels of v / (R² + 0.01 m²) of each pixel: (height, width), NaN below two samples.
+
+    Between what the two levels say.
+    """
     floor = FLOOR * film.mean() ** 2
     result = np.empty((film.height, film.width))
     for (y0, y1), moments in zip(bands(film), moments_by_band(film), strict=True):
         variance = np.moveaxis(pixel_variance(film, y0, y1), -1, 0).reshape(3, -1)
-        relative = (variance * weights(moments.level, floor)).mean(axis=0)
+        weight = weights(moments.level, floor) * weights(moments.level_by_median, floor)
+        relative = (variance * np.sqrt(weight)).mean(axis=0)
         result[y0:y1] = relative.reshape(y1 - y0, film.width)
     return result
 
@@ -69,22 +75,51 @@ def drawn_half(first: int, count: int) -> NDArray[np.uint32]:
     return lowbias32(np.arange(first, first + count, dtype=np.uint32)) & np.uint32(1)
 
 
-def level(moments: Moments, width: int) -> Float64:
+def levels(moments: Moments, width: int) -> tuple[Float64, Float64]:
     """Radiance of whole rows of pixels, bright ones drawn to the 8 around as far as it may be noise: (3, n).
 
     A brighter one keeps the share 1 − 6 u / (difference)² of its difference from them, both of the sum of
-    channels: an edge stays, a single bright sample (whose difference is about √u) goes.
+    channels: an edge stays, a single bright sample (whose difference is about √u) goes. The first time they
+    are drawn to the mean of the 8, the second to the median of the 9.
     """
     own = moments.mean.reshape(3, -1, width)
     neighbours = np.stack([around(channel, 1) for channel in own]) - own
     neighbours /= np.maximum(around(np.ones(own.shape[1:]), 1) - 1, 1)
-    difference = own - neighbours
+    noise = 3 * TRUST * moments.spread.reshape(own.shape[1:])
+    drawn = (drawn_to(place, own, noise) for place in (neighbours, median_of_9(own)))
+    first, second = (place.reshape(3, -1) for place in drawn)
+    return first, second
+
+
+def drawn_to(place: Float64, own: Float64, noise: Float64) -> Float64:
+    """`own` (3, …), brighter ones drawn to `place` as far as their difference is like their noise (…)."""
+    difference = own - place
     brighter = difference[0] + difference[1] + difference[2]
-    noise = 3 * TRUST * moments.spread.reshape(brighter.shape)
     square = brighter**2
     share = np.maximum(square - noise, 0.0) / np.maximum(square, np.finfo(float).tiny)
     difference *= np.where(brighter > 0, share, 1.0)
-    return (neighbours + difference).reshape(3, -1)
+    difference += place
+    return difference
+
+
+def median_of_9(channels: Float64) -> Float64:
+    """Each pixel's median with the 8 around, edges repeated: (3, height, width).
+
+    Rows of three are sorted first; the median of nine is that of the largest of the smallest, the median of
+    the middle ones and the smallest of the largest.
+    """
+    padded = np.pad(channels, [(0, 0), (1, 1), (1, 1)], mode="edge")
+    low, middle, high = (
+        (x[..., :-2], x[..., 1:-1], x[..., 2:])
+        for x in in_order(padded[:, :-2], padded[:, 1:-1], padded[:, 2:])
+    )
+    return in_order(in_order(*low)[2], in_order(*middle)[1], in_order(*high)[0])[1]
+
+
+def in_order(a: Float64, b: Float64, c: Float64) -> tuple[Float64, Float64, Float64]:
+    """Smallest, middle and largest of three, element by element."""
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    return np.minimum(low, c), np.maximum(low, np.minimum(high, c)), np.maximum(high, c)
 
 
 def pixel_variance(film: Film, y0: int, y1: int) -> Float64:
@@ -95,16 +130,37 @@ def pixel_variance(film: Film, y0: int, y1: int) -> Float64:
         return np.moveaxis(variance.reshape(3, y1 - y0, width), 0, -1)
     first, last = max(0, y0 - REACH), min(film.height, y1 + REACH)
     moments = film.moments(slice(first * width, last * width))
-    independent, halves = moments.spread, moments.variance
-    unknown = np.isnan(halves[0])
-    told = ~unknown & (independent > 0)
-    ratio = np.where(told, halves, 0.0) / np.where(told, independent, 1.0)
     shape = (last - first, width)
-    pixels = np.maximum(around(told.astype(np.float64).reshape(shape)), 1.0)
-    result = np.stack([around(channel.reshape(shape)) / pixels for channel in ratio])
-    result *= independent.reshape(shape)
+    unknown = np.isnan(moments.variance[0])
+    independent = np.where(unknown, 0.0, moments.spread)
+    gain = np.where(independent > 0, moments.variance, 0.0) / np.where(independent > 0, independent, 1.0)
+    mean_gain = mean_of_alike(gain.reshape(3, *shape), np.sqrt(independent).reshape(shape))
+    result = mean_gain * independent.reshape(shape)
     result[:, unknown.reshape(shape)] = np.nan
     return np.moveaxis(result[:, y0 - first : y1 - first], 0, -1)
+
+
+def mean_of_alike(values: Float64, noise: Float64) -> Float64:
+    """Mean over the square of pixels around each, by how alike their noise is: (3, height, width).
+
+    Parameters
+    ----------
+    values : (3, height, width) float64
+    noise : (height, width) float64
+        Standard errors; pixels with 0 tell nothing.
+    """
+    height, width = noise.shape
+    around_values = np.pad(values, [(0, 0), (REACH, REACH), (REACH, REACH)])
+    around_noise = np.pad(noise, REACH)
+    total, weights_total = np.zeros_like(values), np.zeros_like(noise)
+    own = np.maximum(noise, np.finfo(float).tiny)
+    for y in range(2 * REACH + 1):
+        for x in range(2 * REACH + 1):
+            here = slice(y, y + height), slice(x, x + width)
+            weight = np.minimum(around_noise[here], own) / np.maximum(around_noise[here], own)
+            total += around_values[:, *here] * weight
+            weights_total += weight
+    return total / np.maximum(weights_total, np.finfo(float).tiny)
 
 
 def around(values: Float64, reach: int = REACH) -> Float64:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from .clamping import clamp_of
+
 if TYPE_CHECKING:
     from ..scene.scene import Scene
     from ..scene.wave import Rays
@@ -59,6 +61,7 @@ class Integrator(ABC):
         self.rr_depth = settings.rr_depth
         self.transparent_depth = settings.transparent_depth
         self.lanes = settings.lanes
+        self.clamp = clamp_of(settings)
 
     @abstractmethod
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:

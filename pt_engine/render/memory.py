@@ -30,44 +30,45 @@ def room(limit: int = 0, spent: int = 0) -> int | None:
     return smallest(free_memory(), limit - spent if limit else None)
 
 
-def image_bytes(settings: RenderSettings) -> int:
-    """Of the window's film, and of the wavefronts or, when these are done, of the picture."""
+def image_bytes(settings: RenderSettings, films: int = 1) -> int:
+    """Of the window's films, and of the wavefronts or, when these are done, of the picture."""
     x0, y0, x1, y1 = settings.window
     pixels = (x1 - x0) * (y1 - y0)
     threads = settings.threads or os.cpu_count() or 1
     lanes, unit = (min(count * settings.lanes, pixels * LARGEST_PASS) for count in (1, WAVES))
-    return FILM * pixels + max(threads * (LANE * lanes + WAITING * unit), PICTURE * pixels)
+    return FILM * films * pixels + max(threads * (LANE * lanes + WAITING * unit), PICTURE * pixels)
 
 
-def least(settings: RenderSettings) -> int:
+def least(settings: RenderSettings, films: int = 1) -> int:
     """Of a render with the smallest wavefronts, without the scene."""
-    return image_bytes(replace(settings, lanes=min(settings.lanes, SMALLEST)))
+    return image_bytes(replace(settings, lanes=min(settings.lanes, SMALLEST)), films)
 
 
-def room_for_scene(settings: RenderSettings, left: int | None) -> int | None:
+def room_for_scene(settings: RenderSettings, left: int | None, films: int = 1) -> int | None:
     """What of the bytes that are left the scene may have."""
-    return None if left is None else left - least(settings)
+    return None if left is None else left - least(settings, films)
 
 
-def check_film(settings: RenderSettings, left: int | None) -> None:
+def check_film(settings: RenderSettings, left: int | None, films: int = 1) -> None:
     """Refuse an image that does not fit, before there is any.
 
     Raises
     ------
     TooLarge
     """
-    if left is not None and least(settings) > left:
+    needed = least(settings, films)
+    if left is not None and needed > left:
         x0, y0, x1, y1 = settings.window
         raise TooLarge(
-            f"an image of {x1 - x0:,} × {y1 - y0:,} pixels needs about {gigabytes(least(settings))} of "
+            f"an image of {x1 - x0:,} × {y1 - y0:,} pixels needs about {gigabytes(needed)} of "
             f"memory, and {gigabytes(left)} are left: render fewer pixels, or a part of them (Render Region)"
         )
 
 
-def fitted(settings: RenderSettings, left: int | None) -> RenderSettings:
+def wavefront_that_fits(settings: RenderSettings, left: int | None, films: int = 1) -> RenderSettings:
     """The settings with a wavefront small enough for the bytes that are left; it changes no image."""
     while left is not None and settings.lanes > SMALLEST:
-        if image_bytes(settings) <= left:
+        if image_bytes(settings, films) <= left:
             break
         settings = replace(settings, lanes=settings.lanes // 2)
     return settings

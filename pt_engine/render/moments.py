@@ -14,6 +14,9 @@ run of samples in the place of the sample:
 - Pixels belong to crowds by a hash, and each crowd has times of its own. So what moves is dithered between
   many more moments than a pixel has samples, and does not show as that many copies.
 
+A rolling shutter makes each row a crowd: its times are its own (`Slices.at`), and a run is long, for a row
+has few pixels.
+
 Where little moves, a run is one sample and there are many crowds; where much moves, what is built for a slice
 has to serve more samples. Both numbers come from the scene and the image's full size alone.
 """
@@ -76,7 +79,7 @@ class Moments:
     Attributes
     ----------
     crowds : int
-        A power of two.
+        A power of two; with a rolling shutter the number of rows.
     run : int
         Samples of a pixel that see the same moment; a power of two.
     """
@@ -85,13 +88,15 @@ class Moments:
         self, slices: Slices, settings: RenderSettings, sampler: Sampler, seen: Callable[[Scene], Scene]
     ) -> None:
         pixels, triangles = settings.width * settings.height, slices.triangles
-        self.crowds = self.run = 1
-        while self.crowds < MOST_CROWDS and 2 * self.crowds * max(FEWEST_LANES, CHEAP * triangles) <= pixels:
+        self._rolls = slices.exposure < 1
+        self.crowds, self.run = (settings.height, LARGEST_PASS) if self._rolls else (1, 1)
+        most = 1 if self._rolls else MOST_CROWDS
+        while self.crowds < most and 2 * self.crowds * max(FEWEST_LANES, CHEAP * triangles) <= pixels:
             self.crowds *= 2
         while self.run < LARGEST_PASS and pixels * self.run < triangles:
             self.run *= 2
         self._slices, self._settings, self._sampler, self._seen = slices, settings, sampler, seen
-        self._kept: Kept[Moment, Scene] = Kept(self.crowds)
+        self._kept: Kept[Moment, Scene] = Kept(min(self.crowds, MOST_CROWDS))
 
     def scene(self, moment: Moment) -> Scene:
         """The slice of a moment, built when first asked for."""
@@ -100,12 +105,15 @@ class Moments:
     def _built(self, moment: Moment) -> Scene:
         state = self._sampler.state(np.array([moment.crowd]), np.array([moment.run]))
         u = float(self._sampler.uniforms(state, SHUTTER, 1)[0, 0])
-        return self._seen(self._slices.at(u))
+        down = 1 - moment.crowd / self._settings.height if self._rolls else 0.5
+        return self._seen(self._slices.at(u, down))
 
     def groups(self, order: Pixels) -> list[Pixels]:
         """The window's pixels crowd by crowd, in their order."""
         crowd = self._crowd(order)
-        return [order[crowd == k] for k in np.unique(crowd)]
+        by_crowd = np.argsort(crowd, kind="stable")
+        ends = np.flatnonzero(np.diff(crowd[by_crowd])) + 1
+        return np.split(order[by_crowd], ends)
 
     def parts(self, unit: Unit) -> Iterator[Part]:
         """A unit cut into what sees one moment; those cut by `groups` and runs already are one part."""
@@ -126,6 +134,8 @@ class Moments:
             return np.zeros(len(pixels), np.uint32)
         x0, y0, x1, _ = self._settings.window
         y, x = np.divmod(pixels.astype(np.int64), x1 - x0)
+        if self._rolls:
+            return (y + y0).astype(np.uint32)
         number = (y + y0) * self._settings.width + x + x0
         crowd: UInt32 = lowbias32(number.astype(np.uint32)) & np.uint32(self.crowds - 1)
         return crowd

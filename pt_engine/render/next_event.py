@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from ..core.clock import stage
 from ..core.uniforms import Uniforms
+from ..emitters.lights import LightSample
 from ..scene.scene import Scene
 from ..scene.shading import ShadedBSDF
 from ..scene.surface import Surface
@@ -40,5 +41,15 @@ def next_event(
     contribution *= weight
     if scene.transparent_surfaces:  # paths on their last edge may pass such a surface but not scatter
         contribution *= paths.depth < limit.max_depth - 1
+    lit = scene.unoccluded(here, light, contribution, limit.transparent_depth, paths)
+    add_sampled(scene, paths, light, lit)
+
+
+def add_sampled(scene: Scene, paths: PathState, light: LightSample, lit: Float32) -> None:
+    """L += what sampled emitters send (3, N), after any clamping; noted under their light groups."""
+    lit = paths.clamped(lit, slice(None), sampled=1)
     L = paths.L
-    L += scene.unoccluded(here, light, contribution, limit.transparent_depth, paths)
+    L += lit
+    if scene.by_group is not None:
+        groups = scene.lights.light_group
+        scene.by_group.add(0 if groups is None else groups[light.emitter], paths.slot, lit)

@@ -29,7 +29,7 @@ class PathActive(Integrator):
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
         # Loop state, one column per living path: β throughput 1, L radiance 0, pdf ∞ (Dirac)
-        waves = Waves(scene, rays, sampler, self.lanes)
+        waves = Waves(scene, rays, sampler, self)
         front = Wavefront(self, scene, waves.size)  # keeps L of paths that have ended
 
         edges = range(self.max_depth + scene.transparent_surfaces * self.transparent_depth)

@@ -26,7 +26,7 @@ class PathFixed(Integrator):
     combines = True
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
-        path = PathState.start(sampler, scene.tracks_history, scene.history(rays))
+        path = PathState.start(sampler, scene.tracks_history, scene.history(rays), self.clamp)
         edges = self.max_depth + scene.transparent_surfaces * self.transparent_depth
         for bounce in range(edges):
             found = scene.intersect(rays)

@@ -18,6 +18,7 @@ from ..scene.scene import Scene
 from ..scene.shading import Scattered
 from ..scene.surface import Surface
 from ..scene.wave import Found, Rays
+from .clamping import Clamp
 from .dimensions import LaneSampler
 
 Float32 = NDArray[np.float32]
@@ -83,11 +84,16 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
     random: Int32
     pdf: Float32
     bounces: int  # of the whole wavefront
+    _clamp: Clamp | None  # None: nothing is clamped
     _history: dict[str, NDArray[Any]] | None  # None: all lanes are alike
 
     @classmethod
     def start(
-        cls, sampler: LaneSampler, tracked: bool, more: Mapping[str, NDArray[Any]] | None = None
+        cls,
+        sampler: LaneSampler,
+        tracked: bool,
+        more: Mapping[str, NDArray[Any]] | None = None,
+        clamp: Clamp | None = None,
     ) -> PathState:
         """Camera paths: β = 1, L = 0, and a Dirac density, since no emitter sample competes.
 
@@ -98,7 +104,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         path.beta[:], path.L[:] = 1, 0
         path.slot[:], path.random[:] = np.arange(n), sampler.state.view(np.int32)
         path.pdf = np.full(n, np.inf, np.float32)
-        path.bounces, path._history = 0, None
+        path.bounces, path._clamp, path._history = 0, clamp, None
         if tracked:
             path._history = {name: path._column(name).copy() for name in HISTORY}
             path._history |= more or {}
@@ -199,7 +205,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         first = parts[0]
         path = super().joined(parts)
         path.pdf = np.concatenate([part.pdf for part in parts])
-        path.bounces, path._history = first.bounces, None
+        path.bounces, path._clamp, path._history = first.bounces, first._clamp, None
         if first._history is not None:
             path._history = {
                 name: np.concatenate([(part._history or {})[name] for part in parts])
@@ -208,7 +214,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         return path
 
     def _with_history(self, path: PathState, pick: Callable[[NDArray[Any]], NDArray[Any]]) -> PathState:
-        path.bounces, path._history = self.bounces, None
+        path.bounces, path._clamp, path._history = self.bounces, self._clamp, None
         if self._history is not None:
             path._history = {name: pick(row) for name, row in self._history.items()}
             path.pdf = pick(self.pdf)  # a ray that passes a transparent surface keeps it
@@ -223,7 +229,14 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         """L += β · mis · Le on the lanes that found an emitter."""
         lanes = found.lanes
         weight = mis(self.pdf.take(lanes), found.pdf)
-        scatter_add(self.L, lanes, self.beta.take(lanes, axis=1) * found.radiance * weight)
+        light = self.clamped(self.beta.take(lanes, axis=1) * found.radiance * weight, lanes)
+        scatter_add(self.L, lanes, light)
+        if found.by_group is not None:
+            found.by_group.add(found.group, self.slot.take(lanes), light)
+
+    def clamped(self, radiance: Float32, lanes: NDArray[np.intp] | slice, sampled: int = 0) -> Float32:
+        """What the clamp leaves of light that some paths have found, or, with `sampled` 1, that was sampled."""
+        return self._clamp.applied(radiance, self.depth[lanes] + sampled) if self._clamp else radiance
 
     def scatter(self, si: Surface, to: Scattered, start: Float32 | None = None) -> Rays:
         """Go on toward the sampled directions, from `si.start` or `start`; returns the next rays."""

@@ -24,10 +24,11 @@ from ..core.samplers import SAMPLERS
 from ..scene.prepare import finish
 from ..scene.scene import Scene
 from .catcher_film import CatcherFilm
-from .decisions import DECIDES, TELLS, decisions, relative_error
+from .decisions import decisions
 from .film import Film
 from .film_error import ErrorEstimate
 from .forecast import Forecast
+from .group_films import GroupFilms
 from .integrator import INTEGRATORS, Integrator
 from .ledger import Ledger
 from .provenance import only_positive, origins
@@ -61,6 +62,7 @@ class Progress:
     stopped: bool = False
     late: bool = False  # out of time
     caught: CatcherFilm | None = None  # where there are shadow catchers
+    groups: GroupFilms | None = None  # where there are light groups
     in_flight: int = 1  # units that are rendered at a time
     unit_lanes: int = 0  # of the last one
     forecast: Forecast = field(default_factory=Forecast)
@@ -127,12 +129,17 @@ class RenderResult:
         return self.stopped_by == "cancelled"
 
     def error(self) -> ErrorEstimate:
-        """How wrong the image is; where the error ended the render, as pixels tell that had no say in it."""
-        return self.film.error(TELLS if self.stopped_by == "target" else None)
+        """How wrong the image is."""
+        return self.film.error()
 
     def image(self) -> Float32:
         """(height, width, 4) float32 of the window, bottom row first, alpha premultiplied."""
         return self.progress.image()
+
+    def light_group(self, name: str) -> Float32:
+        """(height, width, 3) float32 of the window, bottom row first: what the lights of a group send."""
+        assert self.progress.groups is not None
+        return self.progress.groups.image(name)
 
 
 def render(
@@ -175,6 +182,7 @@ def render(
     )
     progress = Progress(film, settings, time.perf_counter())
     progress.caught = CatcherFilm(film, order) if scene.has_catchers else None
+    progress.groups = GroupFilms(film, order, scene.light_groups) if scene.light_groups else None
     threads = settings.threads or os.cpu_count() or 1
     progress.in_flight = threads + 1 if threads > 1 else 1
     with kept_buffers():
@@ -229,10 +237,8 @@ def stopped_by(progress: Progress) -> str:
         return "samples"
     if progress.late or out_of_time(progress):
         return "time"
-    if settings.target_error:
-        error = relative_error(progress.film, settings.target_percentile, DECIDES)
-        if error is not None and error <= settings.target_error:
-            return "target"
+    if settings.target_error and progress.film.counts().max() != settings.samples:
+        return "target"
     return "noise" if settings.adaptive else "samples"
 
 
@@ -290,7 +296,10 @@ def deposit(progress: Progress, result: UnitResult) -> None:
     unit = result.unit
     bad = progress.film.add(unit.pixels, unit.first, unit.spp, result.radiance, result.alpha)
     if progress.caught is not None and result.caught is not None:
-        progress.caught.add(unit.pixels, unit.first, unit.spp, result.caught)
+        more = progress.caught.add(unit.pixels, unit.first, unit.spp, result.caught)
+        bad = np.union1d(bad, more)
+    if progress.groups is not None and result.by_group is not None:
+        progress.groups.add(unit.pixels, unit.first, unit.spp, result.by_group, bad)
     for slot in bad[: max(0, REPORTED_NONFINITE - len(progress.nonfinite))]:
         sample, index = divmod(int(slot), len(unit.pixels))
         x0, y0, x1, _ = progress.settings.window

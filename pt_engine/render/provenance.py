@@ -6,6 +6,7 @@ needs no tests. The first event of the path with a number that can't be is the o
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -39,10 +40,22 @@ def origins(
 
 def found(scene: Scene, settings: RenderSettings, at: dict[str, Any], negative: bool) -> dict[str, Any]:
     """What the replay of one sample finds; its failure must not cost the picture that is finished."""
+    where = at["x"], at["y"], at["sample"]
     try:
-        return origin(replay(scene, settings, at["x"], at["y"], at["sample"]), negative)
+        told = origin(replay(scene, settings, *where), negative)
+        if told["what"] == ELSEWHERE["what"] and scene.alone is not None:
+            # a shadow catcher's picture is a ratio: its samples have a second path, among catchers alone
+            told = origin(replay(among_catchers(scene.alone), settings, *where), negative)
+        return told
     except Exception as error:  # of a user's own integrator, which may not bear a single lane
         return ELSEWHERE | {"what": f"its replay failed: {type(error).__name__}: {error}"}
+
+
+def among_catchers(alone: Scene) -> Scene:
+    """The scene of catchers alone, which stand still."""
+    still = copy.copy(alone)
+    still.slices = None
+    return still
 
 
 def origin(story: Replay, negative: bool) -> dict[str, Any]:

@@ -192,7 +192,7 @@ class Recorder:
         dark = "no light from there" if not asked.any() else "blocked" if not seen.any() else "visible"
         self.note(
             "emitter sample",
-            seen[:, 0].copy(),
+            path.clamped(seen, slice(None), sampled=1)[:, 0].copy(),
             wo=light.wo[:, 0],
             distance=light.distance[0],
             **{"pdf emitter": light.pdf[0], "Le/pdf": light.weight[:, 0]},

@@ -40,6 +40,8 @@ class RenderSettings:
         Depth from which Russian roulette may end a path.
     transparent_depth : int
         How many transparent surfaces a path or a shadow ray passes at most; they are not bounces.
+    clamp_direct, clamp_indirect : float
+        What a sample may bring at most of light after one bounce, and after more; 0 for all (unbiased).
     sampler : str
         A name in `core.samplers.SAMPLERS`.
     pixel_filter : str
@@ -70,6 +72,8 @@ class RenderSettings:
     max_depth: int = 14
     rr_depth: int = 4
     transparent_depth: int = 8
+    clamp_direct: float = 0.0
+    clamp_indirect: float = 0.0
     sampler: str = "sobol"
     pixel_filter: str = "BLACKMAN_HARRIS"
     filter_width: float = 1.5

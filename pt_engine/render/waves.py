@@ -16,6 +16,7 @@ from ..core.clock import before_bounce
 from ..scene.scene import Scene
 from ..scene.wave import Rays, rays_joined
 from .dimensions import LaneSampler
+from .integrator import Integrator
 from .path_state import PathState
 
 Wave = tuple[PathState, Rays]
@@ -31,12 +32,12 @@ class Waves:
         N camera rays.
     sampler : LaneSampler
         The random numbers of these N lanes.
-    lanes : int
-        The largest wave.
+    integrator : Integrator
+        For its largest wave, and its clamp.
     """
 
-    def __init__(self, scene: Scene, rays: Rays, sampler: LaneSampler, lanes: int) -> None:
-        self._lanes = lanes
+    def __init__(self, scene: Scene, rays: Rays, sampler: LaneSampler, integrator: Integrator) -> None:
+        self._lanes, self._clamp = integrator.lanes, integrator.clamp
         self._now = self._camera_waves(scene, rays, sampler)
         self._next: list[Wave] = []
         self.size = rays.tfar.size
@@ -47,7 +48,7 @@ class Waves:
             span = slice(first, end)
             part = rays.part(span)
             numbers = sampler.with_state(sampler.state[:, span])
-            path = PathState.start(numbers, scene.tracks_history, scene.history(part))
+            path = PathState.start(numbers, scene.tracks_history, scene.history(part), self._clamp)
             slot = path.slot
             slot += first
             yield path, part

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cameras.base import Camera
-from ..core.clock import new_paths, stage
+from ..core.clock import new_paths, stage, unit_of_work
 from ..core.pixel_filters import FilterTable
 from ..core.raykind import RayKind
 from ..core.samplers import Sampler
@@ -28,7 +28,8 @@ Float32 = NDArray[np.float32]
 class UnitResult(NamedTuple):
     """Radiance (3, N) and coverage (N,) of a unit, sample-major: slot = sample · pixels + pixel.
 
-    `caught` are the parts of it where there are shadow catchers.
+    `caught` are the parts of it where there are shadow catchers, `by_group` (3, G + 1, N) its shares where
+    there are light groups.
     """
 
     unit: Unit
@@ -36,6 +37,7 @@ class UnitResult(NamedTuple):
     alpha: Float32 | None
     rays: dict[str, int]
     caught: Parts | None = None
+    by_group: Float32 | None = None
 
 
 class Worker:
@@ -60,7 +62,6 @@ class Worker:
         self._settings = settings
         self._integrator, self._sampler = integrator, sampler
         self.scene = self.seen(scene)
-        self._alone = None if scene.alone is None else self.seen(scene.alone)
         self._filter = FilterTable(settings.pixel_filter, settings.filter_width)
         self.moments = Moments(scene.slices, settings, sampler, self.seen) if scene.slices else None
 
@@ -68,7 +69,10 @@ class Worker:
         """A scene as this integrator sees it at this image's size."""
         if self._integrator.combines:
             scene = scene.with_compensated_lights()
-        return scene.with_pixels(self._settings.width, self._settings.height)
+        scene = scene.with_pixels(self._settings.width, self._settings.height)
+        if scene.alone is not None:
+            scene.alone = self.seen(scene.alone)
+        return scene
 
     @property
     def run(self) -> int:
@@ -79,6 +83,7 @@ class Worker:
         """The pixels of `order` in groups that are best rendered one after the other."""
         return [order] if self.moments is None else self.moments.groups(order)
 
+    @unit_of_work
     def render(self, unit: Unit) -> UnitResult:
         """Estimate the radiance of each of the unit's camera rays."""
         if self.moments is None:
@@ -95,10 +100,11 @@ class Worker:
         rays = self.camera_rays(unit, sampler, moment.camera, blocks)
         scene = moment.for_unit(rays.o.shape[1])
         radiance = self.exposed(self._integrator.sample(scene, rays, sampler))
-        if scene.caught is None or self._alone is None:
-            alpha = scene.alpha if scene.alpha is None else by_sample(unit, blocks, scene.alpha)
-            return UnitResult(unit, by_sample(unit, blocks, radiance), alpha, scene.rays)
-        return UnitResult(unit, radiance, scene.alpha, scene.rays, self.caught(unit, scene, radiance))
+        caught = None if scene.caught is None else self.caught(unit, scene, radiance)
+        by_group = None if scene.by_group is None else self.exposed(scene.by_group.radiance)
+        rows = (None if row is None else by_sample(unit, blocks, row) for row in (scene.alpha, by_group))
+        alpha, by_group = rows
+        return UnitResult(unit, by_sample(unit, blocks, radiance), alpha, scene.rays, caught, by_group)
 
     def caught(self, unit: Unit, scene: Scene, radiance: Float32) -> Parts:
         """The light that catchers send in the whole scene and alone, by the same random numbers."""
@@ -106,9 +112,9 @@ class Worker:
         sampler, caught = self.lane_sampler(unit), scene.caught
         rays = self.camera_rays(unit, sampler, scene.camera)
         assert caught is not None
-        assert self._alone is not None
+        assert scene.alone is not None
         rays.tfar[~caught.hit] = -1
-        alone = self._alone.for_unit(rays.o.shape[1])
+        alone = scene.alone.for_unit(rays.o.shape[1])
         light = self._integrator.sample(alone, rays, sampler)
         assert alone.caught is not None
         scene.rays.update(alone.rays)
@@ -177,18 +183,26 @@ def joined(unit: Unit, parts: list[Part], results: list[UnitResult]) -> UnitResu
     """The result of a unit from those of its parts."""
     shape = unit.spp, len(unit.pixels)
     radiance = np.empty((3, *shape), np.float32)
+    first = results[0].by_group
+    by_group = None if first is None else np.empty((*first.shape[:2], *shape), np.float32)
     alpha = None if results[0].alpha is None else np.empty(shape, np.float32)
     rays: Counter[str] = Counter()
     caught = None if results[0].caught is None else empty_parts(results[0].caught, radiance.shape[1:])
     for part, result in zip(parts, results, strict=True):
         size = part.unit.spp, len(part.unit.pixels)
         radiance[:, part.rows, part.columns] = result.radiance.reshape(3, *size)
+        if by_group is not None and result.by_group is not None:
+            by_group[..., part.rows, part.columns] = result.by_group.reshape(*by_group.shape[:2], *size)
         if alpha is not None and result.alpha is not None:
             alpha[part.rows, part.columns] = result.alpha.reshape(size)
         if caught is not None and result.caught is not None:
             put(caught, result.caught, part.rows, part.columns, size)
         rays.update(result.rays)
-    flat = None if alpha is None else alpha.ravel()
     return UnitResult(
-        unit, radiance.reshape(3, -1), flat, rays, None if caught is None else flattened(caught)
+        unit,
+        radiance.reshape(3, -1),
+        None if alpha is None else alpha.ravel(),
+        rays,
+        None if caught is None else flattened(caught),
+        None if by_group is None else by_group.reshape(*by_group.shape[:2], -1),
     )

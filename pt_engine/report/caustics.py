@@ -35,7 +35,7 @@ def _dropped(bsdf: SliceBSDF, straight: NDArray[np.bool_]) -> SliceBSDF:
         else c
         for c in bsdf.closures
     ]
-    return SliceBSDF(closures, bsdf.lanes, bsdf.lanes.scene.clear_glass)
+    return SliceBSDF(closures, bsdf.lanes, bsdf.lanes.scene.clear_glass, bsdf.angles)
 
 
 def is_specular(bsdf: object) -> bool:

@@ -1,4 +1,4 @@
-"""Who is compared: the lecture's ladder, samplers, roulette, depths, light selection, where they differ.
+"""Who is compared: the lecture's ladder, samplers, roulette, depths, light selection, clamping, where they differ.
 
 Each is a change of the settings, or of how the prepared scene chooses its lights.
 """
@@ -39,7 +39,8 @@ class Contender:
 def contenders(scene: Scene, settings: RenderSettings, only: tuple[str, ...] = ()) -> list[Contender]:
     """All that make sense here; `only` keeps those whose name contains one of its words, and the base."""
     base = Contender(BASE, settings, scene)
-    everyone = [base, *_ladder(base), *_samplers(base), *_roulette(base), *_depths(base), *_lights(base)]
+    everyone = [base, *_ladder(base), *_samplers(base), *_roulette(base), *_depths(base)]
+    everyone += [*_lights(base), *_clamping(base)]
     unlike = {(c.settings, id(c.scene)): c for c in reversed(everyone)}
     kept = [c for c in everyone if unlike[c.settings, id(c.scene)] is c]
     return [c for c in kept if c is base or not only or any(word in c.name for word in only)]
@@ -84,6 +85,12 @@ def adaptive(base: Contender, samples: float) -> Contender:
 def _lights(base: Contender) -> Iterator[Contender]:
     if base.scene.lights.by_place is not None:
         yield replace(base, name="lights by power", scene=by_power(base.scene))
+
+
+def _clamping(base: Contender) -> Iterator[Contender]:
+    yield _changed(base, "no clamping", clamp_direct=0.0, clamp_indirect=0.0)
+    for limit in (10.0, 1.0):  # the first is Cycles' default
+        yield _changed(base, f"clamping indirect light at {limit:g}", clamp_indirect=limit)
 
 
 def by_power(scene: Scene) -> Scene:

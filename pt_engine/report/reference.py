@@ -91,6 +91,8 @@ def of_reference(settings: RenderSettings) -> RenderSettings:
         plain(settings),
         integrator="path",
         sampler="independent",
+        clamp_direct=0.0,
+        clamp_indirect=0.0,
         seed=seed,
     )
 

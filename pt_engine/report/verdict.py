@@ -34,5 +34,7 @@ def blind_spots(scene: Scene, settings: RenderSettings, reference_depth: int) ->
         yield "BSDF sampling cannot hit lamps without a size"
     if settings.integrator in ONE_BOUNCE and reference_depth > 2:
         yield "one bounce misses indirect light"
-    elif settings.integrator not in ONE_BOUNCE and settings.max_depth < reference_depth:
+    if settings.clamp_direct or settings.clamp_indirect:
+        yield "clamping takes the energy of bright samples"
+    if settings.integrator not in ONE_BOUNCE and settings.max_depth < reference_depth:
         yield f"depth {settings.max_depth} misses longer paths"

@@ -105,7 +105,7 @@ class Accel:
     @stage("intersect")
     def intersect(self, origin: Float32, direction: Float32, tfar: Float32) -> Hits:
         """Closest hits of (3, N) rays with t in [0, `tfar`]; a ray with `tfar` < 0 is skipped."""
-        count_rays(tfar)
+        count_rays("intersect", tfar)
         if self.empty:
             n = origin.shape[1]
             u, v = np.zeros((2, n), np.float32)  # a caller may put other hits in
@@ -122,7 +122,7 @@ class Accel:
 
         Skipped rays (`tfar` < 0) read as blocked: culling a shadow ray that way costs a fifth of tracing it.
         """
-        count_rays(tfar)
+        count_rays("shadow", tfar)
         if self.empty:
             return -(tfar >= 0).astype(np.int32)
         mask: Int32 = self._scene.run(origin.T, direction.T, tfar, query="OCCLUDED")

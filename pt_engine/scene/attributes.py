@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from .geometry import Geometry
 from .snapshot import MeshData, Snapshot
 from .tangent_space import face_normals, tangent_space
+from .vertex_normals import unit_rows
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -167,7 +168,7 @@ def tangent_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:
             continue
         points = mesh.vertices[mesh.triangles]
         if mesh.normals is not None and mesh.normal_index is not None:
-            normals = mesh.normals[mesh.normal_index]
+            normals = unit_rows(mesh.normals.astype(np.float64))[mesh.normal_index]
         else:
             normals = np.repeat(face_normals(points)[:, None], 3, axis=1)
         tangent, sign = tangent_space(points, normals, uv)

@@ -26,6 +26,7 @@ from .snapshot import Instances, Visibility
 
 if TYPE_CHECKING:
     from ..render.path_state import PathState
+    from .nearer import Nearer
     from .scene import Scene
     from .wave import Found, Intersection, Rays
 
@@ -86,15 +87,19 @@ def catchers_of(instances: Instances) -> Bool:
     return np.asarray(((bits & Visibility.CATCHER) != 0) & ((bits & Visibility.HOLDOUT) == 0))
 
 
-def with_catchers_alone(scene: Scene, placed: Placed) -> Scene:
-    """The scene as rays see it that see catchers alone, lit by what is real and by the world."""
-    alone = copy.copy(scene)
-    bits = scene.instances.visibility.astype(np.int64)
-    classes, kind = np.unique(np.where(scene.catchers, bits, 0), return_inverse=True)
+def catchers_tree(placed: Placed, instances: Instances, shown: Bool) -> Sighted:
+    """What rays are sent at that see of the placed `instances` those `shown` (I,) alone."""
+    bits = np.where(shown, instances.visibility.astype(np.int64), 0)
+    classes, kind = np.unique(bits, return_inverse=True)
     rows = [classes != 0] + [(classes & bit) != 0 for bit in (*BITS, Visibility.SHADOW)]
-    tree = Sighted(trees_of(placed, kind, np.stack(rows)))
+    return Sighted(trees_of(placed, kind, np.stack(rows)))
+
+
+def with_catchers_alone(scene: Scene, tree: Sighted | Nearer) -> Scene:
+    """The scene as rays see it that see catchers alone (`tree`), lit by what is real and the world."""
+    alone = copy.copy(scene)
     alone.accel, alone.seen_apart = through_hulls(tree, scene.geometry), True
-    alone.lights = _lights(scene.lights)
+    alone.lights, alone.light_groups, alone.alone = _lights(scene.lights), (), None
     return alone
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import starmap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,7 +42,8 @@ def found_by(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> 
             sky = scene.world.emission(SkyLanes(d, scene.came(path, escaped), scene.view, o))
             if scene.reach.hidden:
                 sky = sky * sees_world(scene, path, escaped)
-            reached = Found(escaped, sky, scene.lights.environment_pdf(d, path.places(escaped)), "sky")
+            pdf = scene.lights.environment_pdf(d, path.places(escaped))
+            reached = Found(escaped, sky, pdf, scene.reach.world_group, "sky", scene.by_group)
             if scene.caught is not None:
                 note_sky(scene.caught, reached, path)
             yield reached
@@ -79,7 +79,9 @@ def _surface_emission(scene: Scene, lit: NDArray[np.intp], hit: Surface, path: P
     radiance = _radiance(scene, hit, path, lit)
     if scene.reach.group is not None:
         radiance *= lit_by_surfaces(scene, hit, path, lit)
-    return Found(lit, radiance, pdf, "surface")
+    groups = scene.instances.light_group
+    group = 0 if groups is None else groups.take(hit.instance)
+    return Found(lit, radiance, pdf, group, "surface", scene.by_group)
 
 
 def _radiance(scene: Scene, hit: Surface, path: PathState, lanes: NDArray[np.intp]) -> Float32:
@@ -104,10 +106,11 @@ def _lamp_emission(scene: Scene, rays: Rays, found: Intersection, path: PathStat
     if not scene.transparent_surfaces:
         camera = bool((path.kind[:1] & RayKind.CAMERA).any())  # all lanes are of one generation
         met = scene.lights.intersect(rays.o, rays.d, t, camera, path.places(slice(None)), came)
-        yield from starmap(Found, met)
+        yield from (Found(*hits, by_group=scene.by_group) for hits in met)
         return
     # densities count from the last real bounce, but only what lies beyond the surfaces passed is new
     back = path.travelled
     o = rays.o - back * rays.d
     seen = (path.kind & RayKind.CAMERA) != 0
-    yield from starmap(Found, scene.lights.intersect(o, rays.d, t + back, seen, path.place, came))
+    met = scene.lights.intersect(o, rays.d, t + back, seen, path.place, came)
+    yield from (Found(*hits, by_group=scene.by_group) for hits in met)

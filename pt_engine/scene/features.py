@@ -40,6 +40,10 @@ def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[s
         ),
         "curves and points": (geometry.rounds is not None, "all that is seen is made of triangles"),
         "shading normals": (bool(geometry.surface_smooth.any()), "every face is flat"),
+        "fading before the shadow terminator": (
+            scene.light_angles is not None,
+            "no object asks for it",
+        ),
         "curved shadow terminators": (
             scene.terminator is not None,
             "no smooth mesh has a geometry offset",

@@ -23,16 +23,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import frames
-from .geometry import bounds, chunks
-from .movement import reordered
-from .snapshot import CurvesData, InstanceMotion, MeshData, Motion, PointsData, Snapshot
-from .strands import Samples, sampled, tangents
+from .geometry import FARTHEST, bounds, chunks, near
+from .snapshot import CurvesData, MeshData, PointsData, Snapshot
+from .strands import Samples, resampled, sampled, tangents
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
 Int32 = NDArray[np.int32]
 
-STILL = "motion blur of curves and points"
 SIDES = 4
 SLACK = 1.002  # a hull is larger than what it holds, by more than rounding
 ROUNDING = 2.0**-20  # of the largest coordinate
@@ -41,35 +39,6 @@ FACES = np.array(
     [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]], np.int64
 )
 AS_IT_IS = np.array([[0.5, 0.5, 0.5], [0.5, 0.5, 0.5]], np.float32)  # the texture space that changes nothing
-
-
-def rounds_last(snapshot: Snapshot) -> Snapshot:
-    """The snapshot with the instances of curves and points after all others; itself where it has none.
-
-    They stand still: what moves is built for each moment (`slices`), pieces of curves only once.
-    """
-    is_round = snapshot.instances.mesh >= len(snapshot.meshes)
-    if not is_round.any():
-        return snapshot
-    return reordered(standing_still(snapshot, is_round), np.argsort(is_round, kind="stable"))
-
-
-def standing_still(snapshot: Snapshot, still: NDArray[np.bool_]) -> Snapshot:
-    """The snapshot without the motion of the instances `still` (I,), which are listed."""
-    motion, names = snapshot.motion, snapshot.instances.names
-    if motion is None:
-        return snapshot
-    stopped = [k for rows in motion.instances for k in rows.instance[still[rows.instance]]]
-    kept = [(rows, ~still[rows.instance]) for rows in motion.instances]
-    moved = tuple(InstanceMotion(rows.instance[on], rows.matrix[on]) for rows, on in kept if on.any())
-    left = Motion(motion.shutter, moved, motion.meshes, motion.cameras)
-    effect = "sharp, where it is in the middle of the shutter's time"
-    entries = dict.fromkeys((f"Object {names[k]}", STILL, effect) for k in stopped)
-    return replace(
-        snapshot,
-        motion=left if moved or left.meshes or left.cameras else None,
-        unsupported=(*snapshot.unsupported, *entries),
-    )
 
 
 def radius_scale(matrix: Float64) -> float:
@@ -206,7 +175,7 @@ def prism_triangles(count: int, closed: bool) -> tuple[Int32, NDArray[np.bool_]]
 
 def points_hull(points: PointsData, room: Room) -> MeshData:
     """Octahedra around all points; of those without a place or a radius none that can be hit."""
-    usable = np.isfinite(points.points).all(axis=1) & (points.radius > 0) & np.isfinite(points.radius)
+    usable = near(points.points) & (points.radius > 0) & (points.radius < FARTHEST)
     size = np.sqrt(3) * margin(points.points, points.radius, room)
     with np.errstate(invalid="ignore", over="ignore"):
         corners = points.points[:, None].astype(np.float64) + size[:, None, None] * OCTAHEDRON
@@ -232,17 +201,63 @@ class Extent(NamedTuple):
     vertices: Float32
 
 
-def hulls(snapshot: Snapshot) -> tuple[tuple[MeshData, ...], list[Samples]]:
-    """The hulls of all curves, then of all points; and the curves' samples."""
-    meshes: list[MeshData] = []
-    samples = [sampled(curves) for curves in snapshot.curves]
-    rows = snapshot.instances
-    extents = [Extent(c.points) for c in snapshot.curves] + [Extent(p.points) for p in snapshot.points]
-    _, radius = bounds((*snapshot.meshes, *extents), rows)
-    for number in range(len(extents)):
-        around = room(rows.matrix[rows.mesh == len(snapshot.meshes) + number], radius)
-        if number < len(samples):
-            meshes.append(curves_hull(snapshot.curves[number], samples[number], around))
+class Hulls:
+    """The hulls of all curves, then of all points, of a snapshot.
+
+    Attributes
+    ----------
+    first : int
+        The number of the first: that of the snapshot's meshes, which they are to follow.
+    meshes : tuple of MeshData
+    sources : list of Samples or PointsData
+        What is in each.
+    """
+
+    def __init__(self, snapshot: Snapshot) -> None:
+        rows, self.first = snapshot.instances, len(snapshot.meshes)
+        self._things: tuple[CurvesData | PointsData, ...] = (*snapshot.curves, *snapshot.points)
+        _, radius = bounds((*snapshot.meshes, *(Extent(thing.points) for thing in self._things)), rows)
+        self._rooms = []
+        for number in range(self.first, self.first + len(self._things)):
+            among = rows.mesh == number
+            matrices = [rows.matrix[among]]
+            for motion in () if snapshot.motion is None else snapshot.motion.instances:
+                matrices.append(motion.matrix[among[motion.instance]].reshape(-1, 4, 4))
+            self._rooms.append(room(np.concatenate(matrices), radius))
+        self.sources: list[Samples | PointsData] = [
+            sampled(thing) if isinstance(thing, CurvesData) else thing for thing in self._things
+        ]
+        self.meshes = tuple(map(self._mesh, self._things, self.sources, self._rooms))
+
+    @staticmethod
+    def _mesh(thing: CurvesData | PointsData, source: Samples | PointsData, room: Room) -> MeshData:
+        if isinstance(thing, CurvesData):
+            assert isinstance(source, Samples)
+            return curves_hull(thing, source, room)
+        return points_hull(thing, room)
+
+    @property
+    def samples(self) -> list[Samples]:
+        """Those of all curves."""
+        return [source for source in self.sources if isinstance(source, Samples)]
+
+    def bent(self, number: int, points: Float32, radius: Float32) -> tuple[MeshData, Samples | PointsData]:
+        """The hull of those of a number, and what is in it, where their points (P, 3) and radii are these."""
+        row = number - self.first
+        thing = replace(self._things[row], points=points, radius=radius)
+        source = self.sources[row]
+        if isinstance(thing, CurvesData):
+            assert isinstance(source, Samples)
+            there: Samples | PointsData = resampled(thing, source)
         else:
-            meshes.append(points_hull(snapshot.points[number - len(samples)], around))
-    return tuple(meshes), samples
+            there = thing
+        return self._mesh(thing, there, self._rooms[row]), there
+
+    def kind(self, number: int) -> str:
+        """The shape of curves; that of points is a sphere."""
+        thing = self._things[number - self.first]
+        return thing.shape if isinstance(thing, CurvesData) else "SPHERE"
+
+    def has_generated(self, number: int) -> bool:
+        """Whether they have Generated coordinates of their own."""
+        return getattr(self._things[number - self.first], "generated", None) is not None

@@ -3,12 +3,13 @@
     M = T · R · S        translation, rotation (unit quaternion w, x, y, z), scale, shear (upper triangular)
 
 T and S are blended linearly, R along the shorter great circle (Shoemake 1985). So a rotation keeps its size
-and a mirrored object stays mirrored; it is also how Cycles does it. An axis that has shrunk to nothing takes
-the direction that the other two leave, an object that has shrunk to nothing its neighbour step's rotation.
+and a mirrored object stays mirrored; it is also how Cycles does it. Where axes have shrunk to nothing, one
+takes the direction that the other two leave, and several turn as little as they can from a neighbour step's.
 """
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,8 @@ from numpy.typing import NDArray
 Float64 = NDArray[np.float64]
 
 NEARLY_EQUAL = 0.9995  # cosine of quaternions from which on the chord will do for the arc
+FLAT = 1e-12  # of its column: what is left beside the axes before is rounding
+ALONG = 1e-6  # sine of the angle below which vectors have no plane in common
 
 
 def step(time: float, steps: int) -> tuple[int, float]:
@@ -48,11 +51,7 @@ class MatrixPath(NamedTuple):
         with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is dropped when it is placed
             axes, scale = orthogonal(linear)
             rotation = quaternion(axes)
-        gone = ~linear.any(axis=(-2, -1))
         steps = matrix.shape[1]
-        for k in [*range(1, steps), *range(steps - 2, -1, -1)]:
-            before = k - 1 if k else 1
-            rotation[gone[:, k], k] = rotation[gone[:, k], before]
         for k in range(1, steps):
             away = (rotation[:, k] * rotation[:, k - 1]).sum(axis=-1) < 0
             rotation[away, k] *= -1
@@ -77,21 +76,65 @@ def blend(a: Float64, b: Float64, part: float) -> Float64:
 
 
 def orthogonal(linear: Float64) -> tuple[Float64, Float64]:
-    """Right-handed axes (columns) and the upper triangular rest of (..., 3, 3) matrices (Gram-Schmidt)."""
-    x, rest_x = unit(linear[..., 0])
-    xy = dot(x, linear[..., 1])
-    y, rest_y = unit(linear[..., 1] - xy[..., None] * x)
-    xz, yz = dot(x, linear[..., 2]), dot(y, linear[..., 2])
-    z, rest_z = unit(linear[..., 2] - xz[..., None] * x - yz[..., None] * y)
-    axes = np.stack([x, y, z], axis=-1)
-    scale = np.zeros(linear.shape)
-    scale[..., 0, 0], scale[..., 1, 1], scale[..., 2, 2] = rest_x, rest_y, rest_z
-    scale[..., 0, 1], scale[..., 0, 2], scale[..., 1, 2] = xy, xz, yz
+    """Right-handed axes (columns) and the upper triangular rest of (M, K, 3, 3) matrices (Gram-Schmidt).
+
+    Twice over, since what rounding leaves of the axes before would be all that is left of a column that lies
+    between them; one that does has no length.
+    """
+    axes, scale = np.zeros(linear.shape), np.zeros(linear.shape)
     for k in range(3):
-        lost = (axes[..., k] == 0).all(axis=-1)
-        axes[lost, :, k] = np.cross(axes[lost, :, k - 2], axes[lost, :, k - 1])
-    mirrored = np.where(np.linalg.det(axes) < 0, -1.0, 1.0)[..., None, None]
+        column = linear[..., k]
+        rest = column
+        for j in (*range(k), *range(k)):
+            part = dot(axes[..., j], rest)
+            scale[..., j, k] += part
+            rest = rest - part[..., None] * axes[..., j]
+        axis, length = unit(rest)
+        kept = ~(length <= FLAT * np.sqrt(dot(column, column)))
+        axes[..., k], scale[..., k, k] = axis * kept[..., None], length * kept
+    mirrored = np.where(complete(axes) < 0, -1.0, 1.0)[..., None, None]
     return axes * mirrored, scale * mirrored
+
+
+def complete(axes: Float64) -> Float64:
+    """Give (M, K, 3, 3) axes those that are missing, in place, near to a neighbour step's and of its hand.
+
+    Returns
+    -------
+    (M, K) float64
+        1 for right-handed ones, −1 for mirrored ones.
+    """
+    hand: Float64 = np.sign(np.linalg.det(axes))
+    last = axes.shape[1] - 1
+    for before, k in [*pairwise(range(last + 1)), *pairwise(range(last, -1, -1))]:
+        rows = np.flatnonzero((hand[:, k] == 0) & (np.abs(hand[:, before]) == 1))
+        hand[rows, k] = hand[rows, before]
+        axes[rows, k] = filled(axes[rows, k], axes[rows, before], hand[rows, k])
+    alone = hand == 0
+    hand[alone] = 1
+    axes[alone] = filled(axes[alone], np.tile(np.eye(3), (int(alone.sum()), 1, 1)), hand[alone])
+    return hand
+
+
+def filled(axes: Float64, like: Float64, hand: Float64) -> Float64:
+    """(n, 3, 3) axes with the missing ones (0) made as they are in others, of a `hand` (n,)."""
+    known = axes.any(axis=-2)
+    axes = np.where(known.any(axis=-1)[:, None, None], axes, like)
+    for k in range(3):
+        rows = np.flatnonzero(known[:, k] & (known.sum(axis=-1) == 1))
+        axes[rows, :, k - 2] = across(axes[rows, :, k], like[rows, :, k - 2])
+    for k in range(3):
+        rows = np.flatnonzero(~axes.any(axis=-2)[:, k])
+        third = np.cross(axes[rows, :, k - 2], axes[rows, :, k - 1])
+        axes[rows, :, k] = third * hand[rows, None]
+    return axes
+
+
+def across(v: Float64, near: Float64) -> Float64:
+    """(n, 3) unit vectors orthogonal to v, as near as can be to others."""
+    found, length = unit(near - dot(v, near)[:, None] * v)
+    least = np.eye(3)[np.argmin(np.abs(v), axis=-1)]
+    return np.asarray(np.where((length > ALONG)[:, None], found, unit(np.cross(v, least))[0]))
 
 
 def unit(v: Float64) -> tuple[Float64, Float64]:

@@ -104,7 +104,7 @@ def layers(meshes: tuple[MeshData, ...], attributes: frozenset[str]) -> int:
     return total
 
 
-def fitted(
+def sharing_that_fits(
     snapshot: Snapshot, sharing: Sharing | None, attributes: frozenset[str], room: int | None
 ) -> Sharing | None:
     """The sharing with as many prototypes nested as it takes to fit in `room` bytes, the largest first.

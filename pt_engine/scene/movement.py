@@ -7,6 +7,7 @@ steps.
 
 from __future__ import annotations
 
+import copy
 from dataclasses import fields, replace
 from typing import Any
 
@@ -22,11 +23,16 @@ Rows = slice | NDArray[np.intp]
 
 
 def moving_last(snapshot: Snapshot) -> Snapshot:
-    """The snapshot with the instances that move behind those that don't, both in their order."""
-    motion = snapshot.motion
-    if motion is None:
+    """The snapshot with the instances that move behind those that don't, both in their order.
+
+    Curves and points come last of those that stand still and first of those that move, so that all are
+    neighbours.
+    """
+    motion, is_round = snapshot.motion, snapshot.instances.mesh >= len(snapshot.meshes)
+    if motion is None and not is_round.any():
         return snapshot
-    return reordered(snapshot, np.argsort(moves(snapshot, motion), kind="stable"))
+    moving = np.zeros_like(is_round) if motion is None else moves(snapshot, motion)
+    return reordered(snapshot, np.argsort(2 * moving + (is_round != moving), kind="stable"))
 
 
 def reordered(snapshot: Snapshot, order: NDArray[np.intp]) -> Snapshot:
@@ -43,7 +49,8 @@ def reordered(snapshot: Snapshot, order: NDArray[np.intp]) -> Snapshot:
 
 def moves(snapshot: Snapshot, motion: Motion) -> NDArray[np.bool_]:
     """(I,) which instances move or deform."""
-    mask: NDArray[np.bool_] = np.isin(snapshot.instances.mesh, [m.mesh for m in motion.meshes])
+    shapes = [*(m.mesh for m in motion.meshes), *(m.geometry for m in motion.rounds)]
+    mask: NDArray[np.bool_] = np.isin(snapshot.instances.mesh, shapes)
     for rows in motion.instances:
         mask[rows.instance] = True
     return mask
@@ -78,16 +85,28 @@ class Movement:
         The first instance that moves; there may be none.
     deforming : frozenset of int
         Meshes that change their shape.
+    bending : frozenset of int
+        Curves and points that do, as `Instances.mesh` has them.
     """
 
     def __init__(self, snapshot: Snapshot, motion: Motion) -> None:
         self._snapshot, self._motion = snapshot, motion
         self.first = int((~moves(snapshot, motion)).sum())
         self.deforming = frozenset(m.mesh for m in motion.meshes)
+        self.bending = frozenset(m.geometry for m in motion.rounds)
         self._paths = [(rows.instance - self.first, MatrixPath.of(rows.matrix)) for rows in motion.instances]
-        cameras = motion.cameras
-        matrices = np.array([camera.matrix for camera in cameras], np.float64)
+        self._look_through(snapshot.camera, motion.cameras)
+
+    def _look_through(self, camera: CameraData, cameras: tuple[CameraData, ...]) -> None:
+        self._camera, self._cameras = camera, cameras
+        matrices = np.array([step.matrix for step in cameras], np.float64)
         self._camera_path = MatrixPath.of(matrices[None]) if cameras else None
+
+    def seen_by(self, camera: CameraData, cameras: tuple[CameraData, ...]) -> Movement:
+        """The same with another camera, which `cameras` move if there are any."""
+        other = copy.copy(self)
+        other._look_through(camera, cameras)
+        return other
 
     @property
     def geometry(self) -> bool:
@@ -116,20 +135,27 @@ class Movement:
             shaped[motion.mesh] = replace(mesh, vertices=vertices, normals=normals)
         return shaped
 
+    def rounds(self, time: float) -> dict[int, tuple[Float32, Float32]]:
+        """Points (P, 3) and radii (P,) of curves and points that change, at a time."""
+        bent = {}
+        for motion in self._motion.rounds:
+            where = step(time, len(motion.points))
+            bent[motion.geometry] = between(motion.points, *where), between(motion.radius, *where)
+        return bent
+
     def camera(self, time: float) -> CameraData | None:
         """The camera at a time; None where it stands still."""
         if self._camera_path is None:
             return None
-        cameras = self._motion.cameras
-        first, part = step(time, len(cameras))
-        a, b = cameras[first], cameras[first + 1]
+        first, part = step(time, len(self._cameras))
+        a, b = self._cameras[first], self._cameras[first + 1]
 
         def on_the_way(x: float, y: float) -> float:
             return (1 - part) * x + part * y
 
         left, right, bottom, top = (on_the_way(x, y) for x, y in zip(a.frame, b.frame, strict=True))
         return replace(
-            self._snapshot.camera,
+            self._camera,
             matrix=self._camera_path.at(time)[0],
             frame=(left, right, bottom, top),
             aperture_radius=on_the_way(a.aperture_radius, b.aperture_radius),
@@ -155,7 +181,7 @@ def beside(cameras: tuple[CameraData, ...], middle: CameraData, other: CameraDat
 
 
 def between(steps: Float32, first: int, part: float) -> Float32:
-    """(n, 3) what lies `part` of the way between two of some steps (K, n, 3)."""
+    """(n, ...) what lies `part` of the way between two of some steps (K, n, ...)."""
     weight = np.float32(part)
     mixed: Float32 = steps[first] * (np.float32(1) - weight) + steps[first + 1] * weight
     return mixed

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cameras import make_camera
-from ..core.view import View
 from ..emitters.lights import Lights
 from ..emitters.many import Surfaces
 from ..emitters.restricted import SCATTERED
@@ -20,6 +19,8 @@ from ..nodes.coverage import APPROXIMATE, IGNORED, Coverage
 from ..nodes.world import compile_light, compile_world
 from ..textures.images import TextureStore
 from .accel import Accel
+from .alone import normals_in_world
+from .another_view import made_for_one_view, view_of
 from .attributes import (
     Layer,
     attribute_layer,
@@ -30,13 +31,13 @@ from .attributes import (
     tangent_layer,
     uv_layer,
 )
-from .catcher import catchers_of, with_catchers_alone
+from .catcher import catchers_of, catchers_tree, with_catchers_alone
 from .displace import displaced
 from .features import ON, features
 from .geometry import BOUND, INSTANCE, Geometry
-from .hulls import hulls, rounds_last
+from .hulls import Hulls
 from .lamp_shader import LampShader
-from .memory import fitted, need, snapshot_bytes
+from .memory import need, sharing_that_fits, snapshot_bytes
 from .movement import moving_last
 from .own import OwnObjects, looking_at_themselves
 from .placing import build, may_share
@@ -47,8 +48,9 @@ from .rounds import rounds_among, rounds_of
 from .scene import Scene
 from .sighted import standing_out
 from .slices import Slices
-from .snapshot import CameraData, Snapshot, Visibility
+from .snapshot import UNLIMITED, Snapshot, Visibility
 from .terminator import Terminator
+from .terminator_shading import angles_of
 from .world_light import environment
 
 Int32 = NDArray[np.int32]
@@ -79,26 +81,24 @@ def prepare(
     textures = TextureStore(snapshot.images, snapshot.ocio_config, texture_memory)
     materials = compile_materials(snapshot.materials, textures=textures)
     world = compile_world(snapshot.world, textures=textures)
-    rest = moving_last(rounds_last(snapshot))
-    snapshot = displaced(rest, materials, shading_layers)
-    if snapshot.curves or snapshot.points:
-        wrapped, samples = hulls(snapshot)
-        rest, snapshot = (replace(s, meshes=s.meshes + wrapped) for s in (rest, snapshot))
+    rest = moving_last(snapshot)
+    snapshot, alone = normals_in_world(displaced(rest, materials, shading_layers), materials)
+    hulls = Hulls(snapshot)
+    rest, snapshot = (replace(s, meshes=s.meshes + hulls.meshes) for s in (rest, snapshot))
     motion = snapshot.motion
-    slices = Slices(motion, snapshot, rest, materials, shading_layers) if motion is not None else None
+    slices = Slices(motion, snapshot, rest, materials, shading_layers, hulls) if motion is not None else None
     view = view_of(snapshot.camera)
     selves = looking_at_themselves(snapshot, materials)
     in_slices = 0 if slices is None else slices.bytes
     room = None if memory is None else memory - textures.statistics()["bytes"] - in_slices
     apart = [*selves, *apart_from_others(snapshot), *([] if slices is None else slices.moving)]
     apart += rounds_among(snapshot).tolist()
-    terminator = Terminator.of(snapshot)
+    terminator = Terminator.of(snapshot, alone)
     needs = materials.needs | (frozenset() if terminator is None else {"position"})
-    sharing = fitted(snapshot, may_share(snapshot, materials, apart), needs, room)
+    sharing = sharing_that_fits(snapshot, may_share(snapshot, materials, apart), needs, room)
     placed, accel, geometry = build(snapshot, sharing, slices)
     own = OwnObjects(placed, selves) if selves else None
-    if snapshot.curves or snapshot.points:
-        geometry.rounds = rounds_of(snapshot, geometry, samples)
+    geometry.rounds = rounds_of(snapshot, geometry, hulls)
     prim, triangles = emissive_triangles(geometry, materials, snapshot)
     reached = reach_of(snapshot)
     lamp_programs = [compile_light(lamp.graph, textures=textures) for lamp in snapshot.lights]
@@ -120,7 +120,7 @@ def prepare(
     geometry.release()
     layers = shading_layers(snapshot, geometry, needs)
     if geometry.rounds is not None and "strand" in materials.needs:
-        layers["strand", ""] = strand_layer(snapshot, geometry, samples)
+        layers["strand", ""] = strand_layer(snapshot, geometry, hulls.samples)
     if "rest" in materials.needs:
         layers |= rest_layers(rest, geometry)
     queries = through_hulls(accel, geometry)
@@ -129,15 +129,18 @@ def prepare(
     textures.release()
     scene.textures = textures
     scene.emissive_prim, scene.own, scene.terminator = prim, own, terminator
+    scene.light_angles = angles_of(snapshot)
     scene.unsampled_surfaces = bool(scene.surface_emits[geometry.surface].sum() > len(prim))
     scene.material_names = tuple(graph.name for graph in snapshot.materials)
     scene.camera, scene.view = make_camera(snapshot.camera, geometry.origin), view
-    scene.exposure = snapshot.exposure
+    scene.of_one_view = made_for_one_view(materials, world, lamp_programs)
+    scene.exposure, scene.light_groups = snapshot.exposure, snapshot.light_groups
     if film_transparent and snapshot.clear_glass >= 0:
         scene.show_through(snapshot.clear_glass)
     scene.lights_without_shadow = any(not lamp.cast_shadow for lamp in snapshot.lights)
     if scene.has_catchers:
-        scene.alone = with_catchers_alone(scene, placed)
+        tree = catchers_tree(placed, snapshot.instances, scene.catchers)
+        scene.alone = with_catchers_alone(scene, tree)
     scene.features = features(snapshot, scene, film_transparent)
     scene.coverage = coverage(snapshot, scene, [entry for p in lamp_programs for entry in p.coverage])
     scene.bytes = snapshot_bytes(snapshot) + need(snapshot, sharing, needs).kept
@@ -192,18 +195,15 @@ def apart_from_others(snapshot: Snapshot) -> list[int]:
     return np.flatnonzero(standing_out(snapshot) | catchers_of(snapshot.instances)).tolist()
 
 
-def whose(snapshot: Snapshot, instance: Int32) -> Int32 | None:
+def whose(snapshot: Snapshot, instance: Int32) -> NDArray[np.int64] | None:
     """(T,) `TriangleEmitters.whose` of triangles of each `instance`."""
     links = snapshot.linking
-    bits = snapshot.instances.visibility.astype(np.int32)
+    bits, groups = snapshot.instances.visibility.astype(np.int64), snapshot.instances.light_group
     if links is not None:
-        bits += links.emitter << 8
+        bits += links.emitter.astype(np.int64) << 8
+    if groups is not None:
+        bits += groups.astype(np.int64) << 32
     return bits[instance] if (bits != Visibility.ALL).any() else None
-
-
-def view_of(camera: CameraData) -> View:
-    """The camera's space and image."""
-    return View(camera.kind, camera.matrix, camera.frame, camera.panorama, camera.fisheye_polynomial)
 
 
 def to_light(geometry: Geometry, materials: Materials) -> Surfaces:
@@ -258,13 +258,24 @@ def linked_mirrors(snapshot: Snapshot, scene: Scene) -> list[Coverage]:
     return [Coverage(f"Light {name}", "shadow linking", APPROXIMATE, effect) for name in dict.fromkeys(names)]
 
 
+def few_bounces(snapshot: Snapshot) -> list[Coverage]:
+    """Lamps with a size that are to light only what few bounces lead to, which rays may meet as well."""
+    effect = "beyond that its light is left out altogether; Cycles lets rays that meet the lamp keep a share"
+    return [
+        Coverage(f"Light {lamp.name}", "max bounces", APPROXIMATE, effect)
+        for lamp in snapshot.lights
+        if lamp.max_bounces < UNLIMITED and lamp.use_mis and lamp.cast_shadow
+        if lamp.kind == "AREA" or lamp.radius > 0 or lamp.angle > 0
+    ]
+
+
 def coverage(snapshot: Snapshot, scene: Scene, lamps: list[Coverage]) -> list[Coverage]:
     """How each part of the file is rendered: materials in use, world, lamps, export, geometry."""
     used = {snapshot.materials[m].name for m in scene.used_materials}
     entries = [entry for entry in scene.materials.coverage if entry.material in used]
     entries += [*scene.world.coverage, *lamps]
     entries += [Coverage(where, what, IGNORED, effect) for where, what, effect in snapshot.unsupported]
-    entries += linked_mirrors(snapshot, scene)
+    entries += [*linked_mirrors(snapshot, scene), *few_bounces(snapshot)]
     if any(curves.shape == "THICK" for curves in snapshot.curves):
         effect = "tubes are open at their ends and let light in there; in Cycles nothing passes"
         entries.append(Coverage("(geometry)", "thick curves", APPROXIMATE, effect))

@@ -36,16 +36,19 @@ class Reach(NamedTuple):
         Each instance's set of emitters.
     apart : (S,) bool or None
         By set: whether some objects cast no shadow in its light.
+    world_group : int
+        The world's light group.
     """
 
     hidden: int
     linking: Linking | None
     group: Int32 | None
     apart: Bool | None
+    world_group: int = 0
 
     def shown(self) -> Shown:
         """The same for `Lights`."""
-        return Shown(~self.hidden & 255, self.linking, self.apart)
+        return Shown(~self.hidden & 255, self.linking, self.apart, self.world_group)
 
 
 def reach_of(snapshot: Snapshot) -> Reach:
@@ -53,11 +56,12 @@ def reach_of(snapshot: Snapshot) -> Reach:
     hidden = Visibility.ALL & ~snapshot.world_visibility
     links = snapshot.linking
     if links is None:
-        return Reach(hidden, None, None, None)
+        return Reach(hidden, None, None, None, snapshot.world_light_group)
     receives = links.receives.astype(np.bool_)
     linking = None if receives.all() else Linking(receives, links.receiver)
     apart = ~links.blocks.astype(np.bool_).all(axis=0)
-    return Reach(hidden, linking, links.emitter, apart if apart.any() else None)
+    apart_or_none = apart if apart.any() else None
+    return Reach(hidden, linking, links.emitter, apart_or_none, snapshot.world_light_group)
 
 
 def ways(scene: Scene, path: PathState, lanes: Index | slice) -> Ways | None:

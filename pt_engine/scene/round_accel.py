@@ -1,8 +1,8 @@
 """Ray queries in scenes with curves or points: hulls found by Embree, what is in them met in closed form.
 
 A ray that meets a hull's triangle, from outside or from inside, is tried on the piece within, and goes on
-behind the triangle for what may be nearer; one that misses goes on as well. Each step passes a triangle, so
-it ends.
+behind the triangle for what may be nearer; one that misses goes on as well. Each step's distance is larger
+than the last one's, also where a hull is no thicker than the rounding of the ray, so it ends.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class RoundAccel:
     """The same queries as those of a tree, of triangles and of what is round.
 
     On hits of curves u is the way along the piece and v the place across a ribbon; `prim` is a triangle of
-    the hull. A hull stands still and has no record that others share.
+    the hull. A hull has no record that others share.
     """
 
     empty = False
@@ -69,9 +69,9 @@ class RoundAccel:
             put(best, lanes, found, closer)
             on = np.flatnonzero(passed < best.t[lanes])
             lanes, o, d = lanes[on], o.take(on, axis=1), d.take(on, axis=1)
-            start = self._behind(prim[on], o, d, passed[on])
+            start, step = self._behind(prim[on], o, d, passed[on])
             met = nearer.closest(self._tree, start, d, best.t[lanes] - passed[on], of(kind, lanes))
-            t = passed[on] + met.t
+            t = beyond(passed[on], np.maximum(met.t, step))
             hull = self._rounds.held(met.prim)
             put(best, lanes, met._replace(t=t), np.flatnonzero((met.prim != MISS) & ~hull))
             on = np.flatnonzero(hull)
@@ -98,24 +98,36 @@ class RoundAccel:
             on = np.flatnonzero(self._tried(prim, o, d, passed).t > limit)
             lanes, passed, limit = lanes[on], passed[on], limit[on]
             o, d = o.take(on, axis=1), d.take(on, axis=1)
-            start = self._behind(prim[on], o, d, passed)
+            start, step = self._behind(prim[on], o, d, passed)
             met = nearer.closest(self._tree, start, d, limit - passed, of(kind, lanes))
             clear[lanes[met.prim == MISS]] = -1
             on = np.flatnonzero(self._rounds.held(met.prim))
-            lanes, prim, passed = lanes[on], met.prim[on], passed[on] + met.t[on]
+            lanes, prim, passed = lanes[on], met.prim[on], beyond(passed, np.maximum(met.t, step))[on]
         return clear
 
     def _tried(self, prim: Int32, o: Float32, d: Float32, near: Float32) -> Met:
         return meet(self._rounds.rows_of(prim), self._rounds.kinds, o, d, near)
 
-    def _behind(self, prim: Int32, o: Float32, d: Float32, t: Float32) -> Float32:
-        """(3, N) where rays that have met triangles after t begin on their other side."""
+    def _behind(self, prim: Int32, o: Float32, d: Float32, t: Float32) -> tuple[Float32, Float32]:
+        """(3, N) where rays that have met triangles after t begin on their other side.
+
+        Those that are there already stay on the ray: put back on one triangle's plane and on a neighbour's by
+        turns, a ray from afar would never come past both. And (N,) by how much t is to grow at least: on an
+        edge each triangle's other side may lie before its neighbour, and rays would go to and fro.
+        """
         record = self._geometry.planes(prim)
-        normal = record[NORMAL]
+        normal, bound = record[NORMAL], record[BOUND]
+        side = np.copysign(np.float32(1), vectors.dot(normal, d))
         p = o + t * d
-        side = np.copysign(record[BOUND], vectors.dot(normal, d))
-        p += normal * (record[PLANE] - vectors.dot(normal, p) + side)
-        return p
+        left = bound - side * (vectors.dot(normal, p) - record[PLANE])
+        p += normal * (side * np.maximum(left, 0))
+        return p, bound
+
+
+def beyond(passed: Float32, further: Float32) -> Float32:
+    """(N,) distances `further` on; at least by what float32 can tell."""
+    on: Float32 = np.maximum(passed + further, np.nextafter(passed, np.float32(np.inf)))
+    return on
 
 
 def put(best: Hits, lanes: Index, found: Hits, some: Index) -> None:

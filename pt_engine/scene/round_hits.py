@@ -114,14 +114,18 @@ def plane(rows: Float32, columns: slice) -> Float64:
     return np.ascontiguousarray(rows[:, columns].T).astype(np.float64)
 
 
-def safe_root(a: Float64, b: Float64, c: Float64) -> Float64:
-    """The smaller root of a t² + 2 b t + c, NaN where there is none or a ≤ 0."""
+def entry(a: Float64, b: Float64, c: Float64) -> Float64:
+    """The root at which a t² + 2 b t + c falls below 0, NaN where it never does.
+
+    That is (−b − √)/a for any a: the smaller root for a > 0; a ray along a cone, nearer to its axis than its
+    side is, has a < 0 and enters it at the larger one.
+    """
     inside = b * b - a * c
     with np.errstate(invalid="ignore", divide="ignore"):
         root = np.sqrt(inside)
-        # −b − √ cancels where b < 0: then c over the larger root, which has the same sign
-        smaller = np.where(b > 0, -(b + root) / a, c / (root - b))
-    return np.asarray(np.where((a > 0) & (inside >= 0), smaller, np.nan))
+        # −b − √ cancels where b < 0: then c over the other numerator, −b + √, as their product is a c
+        t = np.where(b > 0, -(b + root) / a, c / (root - b))
+    return np.asarray(np.where((inside >= 0) & ((a != 0) | (b < 0)), t, np.nan))
 
 
 def meet_thick(rows: Float32, o: Float32, d: Float32, near: Float32) -> Met:
@@ -135,7 +139,7 @@ def meet_thick(rows: Float32, o: Float32, d: Float32, near: Float32) -> Met:
     rho = ray.r0 + k * w_a
     a = dot(across, across) - (k * d_a) ** 2
     b = dot(w, across) - k * d_a * rho
-    t = safe_root(a, b, dot(w, w) - rho * rho)
+    t = entry(a, b, dot(w, w) - rho * rho)
     with np.errstate(invalid="ignore"):
         x = ray.w + t * ray.d
         y = w_a + t * d_a
@@ -188,7 +192,7 @@ def meet_sphere(rows: Float32, o: Float32, d: Float32, near: Float32) -> Met:
 
 def sphere_root(w: Float64, d: Float64, r: Float64) -> Float64:
     """t at which w + t d enters a sphere about 0, NaN for never."""
-    return safe_root(dot(d, d), dot(w, d), dot(w, w) - r * r)
+    return entry(dot(d, d), dot(w, d), dot(w, w) - r * r)
 
 
 def meet_linear(rows: Float32, o: Float32, d: Float32, near: Float32) -> Met:
@@ -206,7 +210,7 @@ def meet_linear(rows: Float32, o: Float32, d: Float32, near: Float32) -> Met:
     b = g * dot(ray.w, ray.d) - w_y * d_y
     c = g * (dot(ray.w, ray.w) - ray.r0**2) - w_y * w_y
     with np.errstate(invalid="ignore", divide="ignore"):
-        t = safe_root(a, b, c)
+        t = entry(a, b, c)
         y = w_y + t * d_y
         cone = (g > 0) & (y >= 0) & (y <= g)
         best, s = np.where(cone, t, NEVER), np.where(cone, y / g, 0.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,9 +12,9 @@ from numpy.typing import NDArray
 
 from ..core import vectors
 from .geometry import GAMMA6, Geometry, transformed
-from .hulls import radius_scale
+from .hulls import Hulls, radius_scale
 from .round_hits import BEGIN, COLUMNS, END, KIND, LINEAR, P0, P1, R0, R1, RIBBON, SPHERE, THICK, cross, dot
-from .snapshot import Snapshot
+from .snapshot import Instances, PointsData, Snapshot
 from .strands import Samples, bisectors, tangents
 
 if TYPE_CHECKING:
@@ -45,7 +47,8 @@ class Rounds:
     Attributes
     ----------
     first, end : int
-        The triangles that are hulls: what moves comes behind them, and records that instances share.
+        The triangles that are hulls, of what moves the last; other moving ones come behind them, and records
+        that instances share.
     piece : (H,) int32
         What the hulls' triangles are around: row of `rows`.
     rows : (K, 16) float32
@@ -58,35 +61,47 @@ class Rounds:
         Instances without Generated coordinates of their own.
     """
 
-    def __init__(self, snapshot: Snapshot, geometry: Geometry, samples: list[Samples]) -> None:
-        instances, first = snapshot.instances, geometry.first_triangle
-        meshes, own = triangle_meshes(snapshot), rounds_among(snapshot)
+    def __init__(self, snapshot: Snapshot, geometry: Geometry, hulls: Hulls) -> None:
+        instances, own = snapshot.instances, rounds_among(snapshot)
         sizes = [len(mesh.triangles) for mesh in snapshot.meshes]
-        self.first = int(first[own[0]])
+        self.first = int(geometry.first_triangle[own[0]])
         self.scale = np.ones(len(instances.mesh), np.float32)
         self.by_position = np.zeros(len(instances.mesh), np.bool_)
-        rows, pieces, count = [], [], 0
+        self._own, self._origin, self._hulls = own, geometry.origin, hulls
+        rows, pieces, self._begin = [], [], [0]
         for k in own.tolist():
-            number = int(instances.mesh[k]) - meshes
-            matrix = instances.matrix[k].copy()
-            matrix[:3, 3] -= geometry.origin
-            self.scale[k] = radius_scale(matrix)
-            self.by_position[k] = True
-            if number < len(samples):
-                curves = snapshot.curves[number]
-                part = curve_rows(samples[number], KINDS[curves.shape], matrix)
-                self.by_position[k] = curves.generated is None
-            else:
-                points = snapshot.points[number - len(samples)]
-                part = point_rows(points.points, points.radius, matrix)
-            each = sizes[instances.mesh[k]] // max(len(part), 1)
+            number = int(instances.mesh[k])
+            part = self._rows(number, hulls.sources[number - hulls.first], instances.matrix[k])
+            self.scale[k] = radius_scale(instances.matrix[k])
+            self.by_position[k] = not hulls.has_generated(number)
+            count, each = self._begin[-1], sizes[number] // max(len(part), 1)
             pieces.append(np.repeat(np.arange(count, count + len(part), dtype=np.int32), each))
             rows.append(part)
-            count += len(part)
+            self._begin.append(count + len(part))
         self.rows = np.concatenate(rows)
         self.piece = np.concatenate(pieces)
         self.end = self.first + len(self.piece)
         self.kinds = tuple(int(kind) for kind in np.unique(self.rows[:, KIND])) or (SPHERE,)
+
+    def _rows(self, number: int, source: Samples | PointsData, matrix: Float64) -> Float32:
+        """The pieces of one instance."""
+        matrix = matrix.copy()
+        matrix[:3, 3] -= self._origin
+        if isinstance(source, Samples):
+            return curve_rows(source, KINDS[self._hulls.kind(number)], matrix)
+        return point_rows(source.points, source.radius, matrix)
+
+    def at(self, instances: Instances, sources: Mapping[int, Samples | PointsData]) -> Rounds:
+        """These with the last `instances` elsewhere, and other `sources` in some numbers' hulls."""
+        there, first = copy.copy(self), len(self.scale) - len(instances.mesh)
+        there.rows, there.scale = self.rows.copy(), self.scale.copy()
+        for j in np.flatnonzero(self._own >= first).tolist():
+            k = int(self._own[j]) - first
+            number, matrix = int(instances.mesh[k]), instances.matrix[k]
+            source = sources.get(number) or self._hulls.sources[number - self._hulls.first]
+            there.rows[self._begin[j] : self._begin[j + 1]] = self._rows(number, source, matrix)
+            there.scale[k + first] = radius_scale(matrix)
+        return there
 
     def held(self, prim: NDArray[np.integer]) -> NDArray[np.bool_]:
         """(N,) which triangles are hulls."""
@@ -121,9 +136,9 @@ def rounds_among(snapshot: Snapshot) -> NDArray[np.intp]:
     return np.flatnonzero(snapshot.instances.mesh >= triangle_meshes(snapshot))
 
 
-def rounds_of(snapshot: Snapshot, geometry: Geometry, samples: list[Samples]) -> Rounds | None:
+def rounds_of(snapshot: Snapshot, geometry: Geometry, hulls: Hulls) -> Rounds | None:
     """Those of a snapshot whose meshes end with the hulls; None where none is placed."""
-    return Rounds(snapshot, geometry, samples) if len(rounds_among(snapshot)) else None
+    return Rounds(snapshot, geometry, hulls) if len(rounds_among(snapshot)) else None
 
 
 def curve_rows(samples: Samples, kind: int, matrix: Float64) -> Float32:

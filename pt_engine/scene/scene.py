@@ -30,6 +30,7 @@ from .evaluated import evaluated
 from .geometry import SKY, Geometry
 from .holdout import held, only_transparent
 from .lanes import Lanes
+from .light_groups import GroupLight
 from .reach import Reach
 from .shading import ShadedBSDF, SliceBSDF
 from .sighted import Sighted, sees_apart
@@ -68,6 +69,7 @@ class Scene:
     camera: Camera
     view: View
     exposure: float = 1.0
+    of_one_view: bool = False  # whether its lights or shapes depend on the camera
     pixel_angle: float = 1e-3  # width of a pixel at distance 1
     lights_without_shadow: bool
     features: dict[str, str]
@@ -82,8 +84,10 @@ class Scene:
     slices: Slices | None = None  # where something moves while the shutter is open
     time: float | None = None  # of a slice: between the shutter's opening (0) and closing (1)
     own: OwnObjects | None = None  # where some material traces rays within its own object
+    light_angles: Float32 | None = None  # of each instance, where light on some fades (`terminator_shading`)
     terminator: Terminator | None = None  # where shadow rays of smooth meshes start above their triangles
     material_names: tuple[str, ...]
+    light_groups: tuple[str, ...] = ()  # whose light is kept apart
 
     def __init__(
         self,
@@ -110,6 +114,7 @@ class Scene:
         self.rays: Counter[str] = Counter()
         self.alpha: Float32 | None = None
         self.caught: Caught | None = None
+        self.by_group: GroupLight | None = None
         self._make_groups()
 
     def with_pixels(self, width: int, height: int) -> Scene:
@@ -135,6 +140,8 @@ class Scene:
         clear = self.film_transparent or self.holds_out or self.has_catchers
         scene.alpha = np.ones(lanes, np.float32) if clear else None
         scene.caught = Caught(lanes) if self.has_catchers else None
+        if self.light_groups:
+            scene.by_group = GroupLight(len(self.light_groups), lanes, scene.caught)
         return scene
 
     def show_through(self, roughness: float) -> None:
@@ -289,14 +296,23 @@ class Scene:
     @stage("shade", batch=lambda scene, lanes, number, path: number)
     def _shade_batch(self, lanes: Lanes, number: int, path: PathState) -> SliceBSDF:
         """The closures of one batch; who runs a clock gets the vertices of each material."""
-        if (running := clock.running()) is not None:
-            counts = np.bincount(self.geometry.surface_material.take(lanes.si.surface))
-            for material in np.flatnonzero(counts):
-                running.vertices[int(material)] += int(counts[material])
+        if (counting := clock.counting()) is not None:
+            self._count_vertices(counting, number, lanes.si.surface)
         closures = self.materials.batches[number].closures(lanes)
         if self.held is not None:
             closures = only_transparent(closures, held(self.held, path.clear, lanes.si.instance))
-        return SliceBSDF(closures, lanes, self.clear_glass)
+        angles = None if self.light_angles is None else self.light_angles.take(lanes.si.instance)
+        return SliceBSDF(closures, lanes, self.clear_glass, angles)
+
+    def _count_vertices(self, counting: clock.Clock, batch: int, surfaces: NDArray[np.integer]) -> None:
+        """The vertices of each material; those of a batch of one material need not be looked at."""
+        used = self.used_materials[self.materials.batch_of[self.used_materials] == batch]
+        if len(used) == 1:
+            counting.vertices[int(used[0])] += len(surfaces)
+            return
+        counts = np.bincount(self.geometry.surface_material.take(surfaces))
+        for material in np.flatnonzero(counts):
+            counting.vertices[int(material)] += int(counts[material])
 
     def start(self, si: Surface, wo: Float32) -> Float32:
         """(3, N) where rays from surfaces toward `wo` start.

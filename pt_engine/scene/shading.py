@@ -23,6 +23,7 @@ from .bump_shadow import bump_shadow
 from .clear_glass import clear
 from .hidden_light import sees
 from .lanes import Lanes
+from .terminator_shading import fade
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -110,8 +111,15 @@ def _batch(bsdf: SliceBSDF, *_: object) -> int:
 class SliceBSDF:
     """The closures of one batch on its lanes."""
 
-    def __init__(self, closures: Sequence[ClosureLike], lanes: Lanes, clear_glass: float = -1.0) -> None:
-        self.closures = list(closures)
+    def __init__(
+        self,
+        closures: Sequence[ClosureLike],
+        lanes: Lanes,
+        clear_glass: float = -1.0,
+        angles: Float32 | None = None,
+    ) -> None:
+        """`angles` (N,) are for `terminator_shading.fade`, where light fades."""
+        self.closures, self.angles = list(closures), angles
         self.lanes, self._clear_glass = lanes, clear_glass
         # with the geometric normal as the shading normal, no direction is on two sides at once
         self.bent = lanes.smooth or any(c.normal is not None for c in self.closures)
@@ -174,6 +182,8 @@ class SliceBSDF:
         if self.bent:
             valid, shadow = self._same_side(wo, cos_o, self.lanes.horizon), self._shadow(k, wo)
             f, p = f * valid * shadow, p * valid * (shadow > 0)
+        if self.angles is not None:
+            f = f * fade(cos_o, self.angles)
         return closure.weight * f, p
 
     def _shadow(self, k: int, wo: Float32) -> Float32 | float:
@@ -214,6 +224,8 @@ class SliceBSDF:
         if self.bent:
             weight = weight * (self._same_side(wo, cos_o) | _passes(s.lobe))
             weight *= np.maximum(self._shadow(0, wo), _passes(s.lobe))  # portals have no bumps
+        if self.angles is not None:
+            weight *= np.maximum(fade(cos_o, self.angles), _passes(s.lobe))
         lobes = np.broadcast_to(np.asarray(lobe, np.uint8), self.lanes.n)
         if np.ndim(lobe) == 0 and not lobe & Lobe.DELTA:
             return Scattered(wo, weight, s.pdf, lobes)
@@ -238,6 +250,8 @@ class SliceBSDF:
             if self.bent:
                 ng = self.lanes.ng.take(index, axis=1)
                 weight = weight * (self._same_side(wo, s.wo[2], ng) | _passes(s.lobe))
+            if self.angles is not None:
+                weight = weight * np.maximum(fade(s.wo[2], self.angles.take(index)), _passes(s.lobe))
             self._lead_away(closure, index)
             scatter(out.wo, index, wo)
             scatter(dirac_weight, index, weight)

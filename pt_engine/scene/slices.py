@@ -21,6 +21,7 @@ from ..emitters.lights import Lights
 from ..emitters.triangle import TriangleEmitters
 from .accel import Accel
 from .attributes import Layer, appended, normal_layer, position_layer
+from .catcher import catchers_of, catchers_tree, with_catchers_alone
 from .displace import Layers, displaced
 from .geometry import BOUND, FEW, PLANE, Geometry, Placed, mirrors, pack_planes, place
 from .movement import Movement, some_instances
@@ -29,12 +30,14 @@ from .own import looking_at_themselves
 from .round_accel import through_hulls
 from .shutter import Shutter
 from .sighted import Sighted, sighted
-from .snapshot import MeshData, Motion, Snapshot
+from .snapshot import MeshData, Motion, PointsData, Snapshot
 
 if TYPE_CHECKING:
     from ..nodes.compile import Materials
+    from .hulls import Hulls
     from .nested import Nested
     from .scene import Scene
+    from .strands import Samples
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -79,6 +82,7 @@ class Slices:
     materials : Materials
     layers : callable
         `prepare.shading_layers`, for displacement.
+    hulls : Hulls
 
     Attributes
     ----------
@@ -86,14 +90,23 @@ class Slices:
         The instances that move or deform.
     triangles : int
         How many are placed anew for each moment.
+    exposure : float
+        `Motion.row_exposure`.
     """
 
     def __init__(
-        self, motion: Motion, snapshot: Snapshot, rest: Snapshot, materials: Materials, layers: Layers
+        self,
+        motion: Motion,
+        snapshot: Snapshot,
+        rest: Snapshot,
+        materials: Materials,
+        layers: Layers,
+        hulls: Hulls,
     ) -> None:
-        self._snapshot, self._materials, self._layers = snapshot, materials, layers
+        self._snapshot, self._materials, self._layers, self._hulls = snapshot, materials, layers, hulls
         self._movement = Movement(rest, motion)
-        self._shutter = Shutter(motion.shutter)
+        self._shaped = self._movement.deforming | self._movement.bending
+        self._shutter, self.exposure = Shutter(motion.shutter), motion.row_exposure
         self.moving = range(self._movement.first, len(snapshot.instances.mesh))
         links = snapshot.linking
         self._linking = None if links is None else links.of(slice(self._movement.first, None))
@@ -113,6 +126,11 @@ class Slices:
     def tree(self, still: Accel | Nested | Sighted, placed: Placed) -> Accel | Nearer | Nested | Sighted:
         """What rays are sent at in the middle: the tree of what stands still, and one of what moves."""
         self._still_tree = still
+        instances = self._snapshot.instances
+        catchers = catchers_of(instances)
+        if catchers.any():
+            catchers[self.moving] = False
+            self._still_catchers = catchers_tree(placed, instances, catchers)
         if not self._movement.geometry:
             return still
         end = self._end(placed)
@@ -134,10 +152,24 @@ class Slices:
         if not len(self._shining):
             del self._make_lights
 
-    def at(self, u: float) -> Scene:
-        """The scene at the moment that a uniform number in [0, 1) chooses; `Scene.time` says which."""
+    def through(self, scene: Scene, snapshot: Snapshot) -> Slices:
+        """The slices of `scene` seen by the camera of `snapshot`, which may move."""
+        other = copy.copy(self)
+        assert snapshot.motion is not None
+        other._scene, other._movement = (
+            scene,
+            self._movement.seen_by(snapshot.camera, snapshot.motion.cameras),
+        )
+        return other
+
+    def at(self, u: float, down: float = 0.5) -> Scene:
+        """The scene at the moment that a uniform number in [0, 1) chooses; `Scene.time` says which.
+
+        `down` is how far down the image the rows are that see it, from 0 to 1: where they are exposed one
+        after the other for a share d of the time, it is d·shutter⁻¹(u) + (1 − d)·down, as in Cycles.
+        """
         scene = copy.copy(self._scene)
-        scene.time = time = self._shutter.time(u)
+        scene.time = time = self.exposure * self._shutter.time(u) + (1 - self.exposure) * down
         camera = self._movement.camera(time)
         if camera is not None:
             scene.camera = make_camera(camera, scene.geometry.origin)
@@ -148,27 +180,34 @@ class Slices:
     def _move(self, scene: Scene, time: float) -> None:
         """Put what moves where it is at a time."""
         still, geometry = self._scene, self._scene.geometry
-        before = self._moved(time)
+        before, held = self._moved(time)
         moved = self._displaced(before)
         placed = place(moved, frame=(geometry.origin, geometry.radius))
         tree = sighted(placed, moved.instances, self._linking)
-        scene.accel = through_hulls(Nearer(self._still_tree, tree, self._first), geometry)
         scene.geometry = self._geometry(geometry, moved, placed)
+        if geometry.rounds is not None:
+            scene.geometry.rounds = geometry.rounds.at(moved.instances, held)
+        scene.accel = through_hulls(Nearer(self._still_tree, tree, self._first), scene.geometry)
         scene.transforms = still.transforms.with_last(moved.instances.matrix, geometry.origin)
-        if self._movement.deforming:
+        if self._shaped:
             scene.use_layers(self._shaped_layers(moved, before))
         if still.own is not None:
             scene.own = still.own.with_last(placed, looking_at_themselves(moved, self._materials))
         if len(self._shining):
             scene.lights = self._lights(scene, placed)
+        if scene.alone is not None:
+            moving = catchers_tree(placed, moved.instances, catchers_of(moved.instances))
+            scene.alone = with_catchers_alone(scene, Nearer(self._still_catchers, moving, self._first))
 
-    def _moved(self, time: float) -> Snapshot:
-        """The instances that move, their meshes before displacement where they deform."""
-        meshes = list(self._snapshot.meshes)
+    def _moved(self, time: float) -> tuple[Snapshot, dict[int, Samples | PointsData]]:
+        """The instances that move, deforming meshes before displacement; what is in hulls that change."""
+        meshes, held = list(self._snapshot.meshes), {}
         for number, mesh in self._movement.meshes(time).items():
             meshes[number] = mesh
+        for number, (points, radius) in self._movement.rounds(time).items():
+            meshes[number], held[number] = self._hulls.bent(number, points, radius)
         instances = self._movement.instances(time)
-        return replace(self._snapshot, meshes=tuple(meshes), instances=instances)
+        return replace(self._snapshot, meshes=tuple(meshes), instances=instances), held
 
     def _displaced(self, moved: Snapshot) -> Snapshot:
         """The same after displacement; what only moves keeps the shape that it has been given already."""
@@ -196,7 +235,7 @@ class Slices:
     def _shaped_layers(self, moved: Snapshot, before: Snapshot) -> dict[tuple[str, str], Layer]:
         """The tables that follow the shape, deforming meshes' new ones behind the rest."""
         sources = {False: self._shapes(moved), True: self._shapes(before)}
-        rows = np.isin(self._snapshot.instances.mesh, sorted(self._movement.deforming))
+        rows = np.isin(self._snapshot.instances.mesh, sorted(self._shaped))
         tables = {}
         for (kind, name), table in self._scene.layers.items():
             if kind in SHAPED:
@@ -207,8 +246,7 @@ class Slices:
 
     def _shapes(self, source: Snapshot) -> Snapshot:
         """All instances, of empty meshes where they keep their shape."""
-        deforming = self._movement.deforming
-        meshes = tuple(mesh if m in deforming else EMPTY for m, mesh in enumerate(source.meshes))
+        meshes = tuple(mesh if m in self._shaped else EMPTY for m, mesh in enumerate(source.meshes))
         return replace(self._snapshot, meshes=meshes)
 
     def _lights(self, scene: Scene, placed: Placed) -> Lights:

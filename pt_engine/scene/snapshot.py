@@ -20,6 +20,7 @@ from .snapshot_camera import CameraData as CameraData
 from .snapshot_camera import InstanceMotion as InstanceMotion
 from .snapshot_camera import MeshMotion as MeshMotion
 from .snapshot_camera import Motion as Motion
+from .snapshot_camera import RoundMotion as RoundMotion
 from .snapshot_camera import Stereo as Stereo
 
 Float32: TypeAlias = NDArray[np.float32]
@@ -233,6 +234,10 @@ class Instances:
     terminator : (I,) float32 or None
         Cosine up to which shadow rays of smooth meshes start above their triangles (`terminator`); 0, or None
         for all, where they never do.
+    shading_offset : (I,) float32 or None
+        How much sooner light on it fades toward grazing angles (`terminator_shading`), from 0 to 1.
+    light_group : (I,) int32 or None
+        Number of its light group, from 1 on; 0, or None for all, in none.
     """
 
     mesh: Int32
@@ -245,6 +250,8 @@ class Instances:
     names: tuple[str, ...]
     attributes: dict[str, Float32] = field(default_factory=dict)
     terminator: Float32 | None = None
+    shading_offset: Float32 | None = None
+    light_group: Int32 | None = None
 
 
 @dataclass(frozen=True)
@@ -282,6 +289,8 @@ class LightData:
         Its set of emitters in `Linking`.
     real : bool
         Whether it also shines where shadow catchers are alone.
+    light_group : int
+        As in `Instances`.
     graph : Graph or None
         Its node tree, where it has one.
     """
@@ -306,6 +315,7 @@ class LightData:
     max_bounces: int = UNLIMITED
     group: int = 0
     real: bool = True
+    light_group: int = 0
     graph: Graph | None = None
 
 
@@ -319,6 +329,7 @@ class Snapshot:
     `clear_glass` is the roughness up to which a transparent film shows through glass, below 0 for none.
     `ocio_config` names the OpenColorIO config of the file's Blender, "" for OpenImageIO's own.
     `motion` is None where nothing moves, or nothing is to be blurred.
+    `light_groups` names groups 1, 2, …, whose light is kept apart; `world_light_group` is the world's.
     """
 
     meshes: tuple[MeshData, ...]
@@ -338,3 +349,5 @@ class Snapshot:
     linking: Linking | None = None
     clear_glass: float = -1.0
     motion: Motion | None = None
+    light_groups: tuple[str, ...] = ()
+    world_light_group: int = 0

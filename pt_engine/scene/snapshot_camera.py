@@ -112,6 +112,24 @@ class MeshMotion:
 
 
 @dataclass(frozen=True)
+class RoundMotion:
+    """Curves or points that change their shape while the shutter is open; which belong together stays.
+
+    Attributes
+    ----------
+    geometry : int
+        Their number in `Instances.mesh`.
+    points : (K, P, 3) float32
+        At K ≥ 2 times, evenly from the shutter's opening to its closing.
+    radius : (K, P) float32
+    """
+
+    geometry: int
+    points: Float32
+    radius: Float32
+
+
+@dataclass(frozen=True)
 class Motion:
     """What changes while the shutter is open. The snapshot itself is the middle of that time.
 
@@ -121,11 +139,17 @@ class Motion:
         How far it is open at n ≥ 2 times, evenly from opening to closing, linear between them.
     instances : tuple of InstanceMotion
     meshes : tuple of MeshMotion
+    rounds : tuple of RoundMotion
     cameras : tuple of CameraData
         The camera at K ≥ 2 times; () where it stands still.
+    row_exposure : float
+        What share of that time each row of the image is exposed: the top one from the opening on, the bottom
+        one until the closing (a rolling shutter). 1: all rows all the time.
     """
 
     shutter: Float32
     instances: tuple[InstanceMotion, ...] = ()
     meshes: tuple[MeshMotion, ...] = ()
     cameras: tuple[CameraData, ...] = ()
+    row_exposure: float = 1.0
+    rounds: tuple[RoundMotion, ...] = ()

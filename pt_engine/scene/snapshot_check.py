@@ -39,6 +39,7 @@ CLASSES: dict[str, type] = {
         data.Motion,
         data.InstanceMotion,
         data.MeshMotion,
+        data.RoundMotion,
     )
 }
 
@@ -123,7 +124,7 @@ def check_value(value: Any, kind: str, where: str) -> None:
         require(type(value) is data.Link and type(value.node) is int, f"{where} is no link")
         require(type(value.socket) is str, f"{where} is no link")
     elif kind == "Value | Link":
-        check_value(value, "Link" if type(value) is data.Link else "object", where)
+        check_input(value, where)
     elif kind == "object":
         check_plain(value, where)
     elif kind.startswith("tuple["):
@@ -159,6 +160,16 @@ def check_dict(value: Any, kinds: list[str], where: str) -> None:
     require(type(value) is dict, f"{where} is no dict")
     for key, item in value.items():
         check_value(item, kinds[1], f"{where}[{key!r}]")
+
+
+def check_input(value: Any, where: str) -> None:
+    """Check a socket's link or value: a number, a word, or some numbers."""
+    if type(value) is data.Link:
+        check_value(value, "Link", where)
+    elif type(value) is tuple:
+        require(all(type(item) in (bool, int, float) for item in value), f"{where} are no numbers")
+    else:
+        check_plain(value, where)
 
 
 def check_plain(value: Any, where: str) -> None:
@@ -257,8 +268,15 @@ def check_instances(snapshot: data.Snapshot) -> None:
     require(len(rows.names) == count, "instances.names has another length")
     for name, values in rows.attributes.items():
         shape(values, (count, 4), f"instances.attributes {name}")
-    if rows.terminator is not None:
-        shape(rows.terminator, (count,), "instances.terminator")
+    for name in ("terminator", "shading_offset"):
+        if getattr(rows, name) is not None:
+            shape(getattr(rows, name), (count,), f"instances.{name}")
+    groups = len(snapshot.light_groups) + 1
+    if rows.light_group is not None:
+        shape(rows.light_group, (count,), "instances.light_group")
+        within(rows.light_group, groups, "instances.light_group")
+    others = [snapshot.world_light_group, *(light.light_group for light in snapshot.lights)]
+    require(all(0 <= number < groups for number in others), "there is no such light group")
 
 
 def check_linking(links: data.Linking, snapshot: data.Snapshot) -> None:
@@ -277,11 +295,21 @@ def check_motion(motion: data.Motion, snapshot: data.Snapshot) -> None:
     """Steps of what there is, at two times or more."""
     shape(motion.shutter, (None,), "the shutter's curve")
     require(len(motion.shutter) > 1 and len(motion.cameras) != 1, "a motion has a single step")
+    require(0 <= motion.row_exposure <= 1, "rows are exposed for no share of the time")
     for rows in motion.instances:
         shape(rows.instance, (None,), "moving instances")
         within(rows.instance, len(snapshot.instances.mesh), "a moving instance")
         shape(rows.matrix, (len(rows.instance), None, 4, 4), "matrices of moving instances")
         require(rows.matrix.shape[1] > 1, "a motion has a single step")
+    counts = [len(curves.points) for curves in snapshot.curves]
+    counts += [len(points.points) for points in snapshot.points]
+    for bent in motion.rounds:
+        number = bent.geometry - len(snapshot.meshes)
+        require(0 <= number < len(counts), "deforming curves or points are missing")
+        size = len(bent.points), counts[number]
+        require(size[0] > 1, "a motion has a single step")
+        shape(bent.points, (*size, 3), "deforming curves or points")
+        shape(bent.radius, size, "radii of deforming curves or points")
     for moved in motion.meshes:
         require(0 <= moved.mesh < len(snapshot.meshes), "a deforming mesh is missing")
         still, steps = snapshot.meshes[moved.mesh], len(moved.vertices)

@@ -10,7 +10,7 @@ bound it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,27 +67,18 @@ class Samples:
 
 def sampled(curves: CurvesData) -> Samples:
     """Sample every curve; pieces without length, without radius or with NaN do not exist."""
-    count = len(curves.points)
-    of_curve = np.repeat(np.arange(len(curves.first) - 1), np.diff(curves.first))
+    of_curve = curve_of_points(curves)
     ends = curves.first[1:][of_curve] - 1
-    here = np.arange(count)
-    key = np.concatenate([curves.points, np.maximum(curves.radius, 0)[:, None]], axis=1).astype(np.float64)
-    corners = [np.maximum(here - 1, curves.first[of_curve]), here]
-    corners += [np.minimum(here + 1, ends), np.minimum(here + 2, ends)]
-    a, b, c, d = (key[k] for k in corners)
-    pieces = np.ones(count, np.int64)
+    here = np.arange(len(curves.points))
+    pieces = np.ones(len(here), np.int64)
     if curves.shape != "LINEAR":
         limit = curves.subdivisions + 1 if curves.shape == "RIBBON" else FINEST
-        pieces = needed(a, b, c, d, limit)
+        pieces = needed(*controls(curves), limit)
     pieces[here == ends] = 1
     at = np.repeat(here, pieces)
     step = np.arange(len(at)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
     u = step / pieces[at]
-    points = spline(a[at], b[at], c[at], d[at], u[:, None]).astype(np.float32)
-    points[:, 3] = np.maximum(points[:, 3], 0)
-    last = here[at] == ends[at]
-    back = np.where(last, np.maximum(at - 1, curves.first[of_curve[at]]), at)  # a curve's end ends a segment
-    tangent = slope(a[back], b[back], c[back], d[back], np.where(last, 1.0, u)[:, None])
+    points, tangent = along_splines(curves, at, u)
     new = distinct(points[:, :3], of_curve[at])
     points, at, u, tangent = points[new], at[new], u[new], tangent[new]
     with np.errstate(invalid="ignore", over="ignore"):
@@ -100,10 +91,49 @@ def sampled(curves: CurvesData) -> Samples:
         of_curve[at].astype(np.int32),
         at.astype(np.int32),
         u.astype(np.float32),
-        np.ascontiguousarray(tangent[:, :3]).astype(np.float32),
+        np.ascontiguousarray(tangent[:, :3]),
         (1 / pieces[at]).astype(np.float32),
         np.flatnonzero(together).astype(np.int32),
     )
+
+
+def resampled(curves: CurvesData, samples: Samples) -> Samples:
+    """The same samples of curves whose points are elsewhere now, whatever pieces these would call for."""
+    points, tangent = along_splines(curves, samples.key, samples.fraction.astype(np.float64))
+    place, radius = np.ascontiguousarray(points[:, :3]), np.ascontiguousarray(points[:, 3])
+    return replace(samples, points=place, radius=radius, tangent=np.ascontiguousarray(tangent[:, :3]))
+
+
+def curve_of_points(curves: CurvesData) -> NDArray[np.intp]:
+    """(P,) which curve each point is of."""
+    return np.repeat(np.arange(len(curves.first) - 1), np.diff(curves.first))
+
+
+def controls(curves: CurvesData) -> tuple[Float64, Float64, Float64, Float64]:
+    """a, b, c, d (P, 4) of the segment that begins at each point, with radii."""
+    of_curve, here = curve_of_points(curves), np.arange(len(curves.points))
+    begin, end = curves.first[of_curve], curves.first[1:][of_curve] - 1
+    key = np.concatenate([curves.points, np.maximum(curves.radius, 0)[:, None]], axis=1).astype(np.float64)
+    before, after = np.maximum(here - 1, begin), np.minimum(here + 1, end)
+    return key[before], key, key[after], key[np.minimum(here + 2, end)]
+
+
+def along_splines(curves: CurvesData, at: NDArray[np.integer], u: Float64) -> tuple[Float32, Float32]:
+    """(S, 4) points with radii at u of the segments from points `at`, and derivatives (S, 4)."""
+    a, b, c, d = controls(curves)
+    of_curve = curve_of_points(curves)[at]
+    begin, end = curves.first[of_curve], curves.first[1:][of_curve] - 1
+    points = in_float32(spline(a[at], b[at], c[at], d[at], u[:, None]))
+    points[:, 3] = np.maximum(points[:, 3], 0)
+    last = at == end
+    back = np.where(last, np.maximum(at - 1, begin), at)  # a curve's end ends a segment
+    return points, in_float32(slope(a[back], b[back], c[back], d[back], np.where(last, 1.0, u)[:, None]))
+
+
+def in_float32(values: Float64) -> Float32:
+    """Infinite beyond its range; points there are left out."""
+    with np.errstate(over="ignore"):
+        return values.astype(np.float32)
 
 
 def spline(a: Float64, b: Float64, c: Float64, d: Float64, u: Float64) -> Float64:

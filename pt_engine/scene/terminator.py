@@ -45,23 +45,26 @@ class Terminator:
         Cosine up to which they do; 0 for those whose rays never do, as on flat meshes.
     smooth : (I,) bool
         Which instances have shading normals.
+    alone : (I,) bool
+        Those whose normals blend in the world (`scene.alone`).
     """
 
-    def __init__(self, cutoff: Float32, smooth: NDArray[np.bool_]) -> None:
+    def __init__(self, cutoff: Float32, smooth: NDArray[np.bool_], alone: NDArray[np.bool_]) -> None:
         self.cutoff = cutoff
+        self.alone = alone if alone.any() else None
         self.widest = np.float32(np.max(cutoff))
         self.everywhere = bool((cutoff[smooth] > 0).all())  # where there are shading normals
 
     @classmethod
-    def of(cls, snapshot: Snapshot) -> Terminator | None:
-        """That of a snapshot; None where no ray is moved."""
+    def of(cls, snapshot: Snapshot, alone: NDArray[np.bool_]) -> Terminator | None:
+        """That of a snapshot; None where no ray is moved. `alone` (I,) is as above."""
         instances = snapshot.instances
         if instances.terminator is None:
             return None
         curved = np.array([mesh.normals is not None for mesh in snapshot.meshes], np.bool_)
         smooth = curved[instances.mesh]
         cutoff = np.where(smooth & (instances.terminator > SMALLEST), instances.terminator, np.float32(0))
-        return cls(cutoff, smooth) if cutoff.any() else None
+        return cls(cutoff, smooth, alone) if cutoff.any() else None
 
     def lift(self, scene: Scene, si: Surface, wo: Float32, o: Float32, tfar: Float32) -> Float32:
         """Move the origins `o` of shadow rays where the cutoff says so, and aim at the same points.
@@ -91,7 +94,7 @@ class Terminator:
         if len(lanes) == 0:
             return wo
         here, outward = si.take(lanes), si.ng.take(lanes, axis=1) * side.take(lanes)
-        step = np.clip(2 - near / cutoff, 0, 1) * height(scene, here, outward)
+        step = np.clip(2 - near / cutoff, 0, 1) * height(scene, here, outward, self.alone)
         step += here.bound * outward  # also where ω points below: the triangle itself is in the way then
         o[:, lanes] = here.p + step
         return aimed(wo, tfar, lanes, step)
@@ -110,17 +113,22 @@ def aimed(wo: Float32, tfar: Float32, lanes: NDArray[np.intp], step: Float32) ->
     return wo
 
 
-def height(scene: Scene, si: Surface, outward: Float32) -> Float32:
+def height(scene: Scene, si: Surface, outward: Float32, alone: NDArray[np.bool_] | None) -> Float32:
     """(3, N) from points of triangles to the surface that the corners' normals imply, where it is `outward`.
 
-    Made in object space, of eᵢⱼ = nᵢ·(xⱼ − xᵢ), which is negative where the surface bends away from nᵢ.
+    Made in object space, of eᵢⱼ = nᵢ·(xⱼ − xᵢ), which is negative where the surface bends away from nᵢ. These
+    products are the world's own where an object's normals blend there (`alone`), and its normal is, too.
     """
     prim, instance, b1, b2 = si.prim, si.instance, si.u, si.v
     b0 = 1 - b1 - b2
     assert scene.normals is not None
     x0, x1, x2 = scene.layer("position", "").corners(prim, instance)
     n0, n1, n2 = scene.normals.corners(prim, instance)
-    n = scene.transforms.vector_to_world(b0 * n0 + b1 * n1 + b2 * n2, instance)
+    blended = b0 * n0 + b1 * n1 + b2 * n2
+    n = scene.transforms.vector_to_world(blended, instance)
+    if alone is not None:
+        lanes = np.flatnonzero(alone.take(instance))
+        n[:, lanes] = scene.transforms.normal_to_world(blended.take(lanes, axis=1), instance.take(lanes))
     side = np.copysign(np.float32(1), vectors.dot(n, outward))  # from inside, the surface bends the other way
     first, second, third = side * (x1 - x0), side * (x2 - x1), side * (x0 - x2)
     e01, e02 = vectors.dot(first, n0), -vectors.dot(third, n0)

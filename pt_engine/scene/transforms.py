@@ -112,18 +112,23 @@ def inverses(linear: Float64) -> tuple[Float64, Float64]:
 
 
 def inverse_transposed(m: Float64) -> Float64:
-    """M⁻ᵀ = cof(M) / det M; of a flattened object, which has no inverse, the cofactors: same directions."""
-    if not np.isfinite(m).all():
+    """M⁻ᵀ = cof(M) / det M; of a flattened object, which has no inverse, the cofactors: same directions.
+
+    Cofactors and determinants are of second and third degree: they are made of M over its largest element.
+    """
+    size = float(np.abs(m).max())
+    if not 0 < size < np.inf:
         return np.eye(3)
-    a, b, c = m.T
-    with np.errstate(over="ignore", invalid="ignore"):  # of objects beyond float32, which nothing hits
-        cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
-    largest = float(np.abs(cofactors).max()) if np.isfinite(cofactors).all() else 0.0
+    own = m / size
+    a, b, c = own.T
+    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+    largest = float(np.abs(cofactors).max())
     if largest == 0.0:
         return np.eye(3)
-    determinant = float(np.linalg.det(m))
-    flat = abs(determinant) < 1e-12 * largest**1.5
-    return np.asarray(cofactors / (np.copysign(largest, determinant) if flat else determinant))
+    determinant = float(np.linalg.det(own))
+    if abs(determinant) < 1e-12 * largest**1.5:
+        return np.asarray(cofactors / np.copysign(largest, determinant))
+    return np.asarray(cofactors / determinant / size)
 
 
 def inverted(m: Float64) -> Float64:

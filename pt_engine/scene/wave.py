@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .accel import Hits
+
+if TYPE_CHECKING:
+    from .light_groups import GroupLight, Groups
 
 Float32 = NDArray[np.float32]
 
@@ -52,14 +55,20 @@ class Found(NamedTuple):
     radiance : (3, K) float32
     pdf : (K,) float32
         Density per solid angle with which emitter sampling would have chosen this direction.
+    group : int or (K,) int
+        The emitters' light groups.
     source : str
         "sky", "surface" or "lamp".
+    by_group : GroupLight or None
+        What keeps the light by group, where there are any.
     """
 
     lanes: NDArray[np.intp]
     radiance: Float32
     pdf: Float32
+    group: Groups = 0
     source: str = "lamp"
+    by_group: GroupLight | None = None
 
 
 class Intersection(NamedTuple):

@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..render.progressive import render
+from ..render.settings import RenderSettings
+from ..scene.prepare import prepare
 from ..scene.snapshot import Graph, Link, MeshData, Node
 from . import scenes as make
 from .case import Group
@@ -22,16 +25,28 @@ NORMALS = np.zeros((4, 3), np.float32)
 CAMERA = make.orthographic((0.03, 0.02, 3), (0.03, 0.02, 0), 0.9)
 FURNACE = 0.7  # albedo of what stands in a white sky: its radiance
 NONE = float("nan")
+NESTED = 70 << 20  # bytes: for four balls of 101,760 triangles, and thirteen only if nine share
 
 
 def radiance(
-    *meshes: MeshData, matrix: Matrix = UP, material: Graph | None = None, depth: int = 2, **settings: Any
+    *meshes: MeshData,
+    matrix: Matrix = UP,
+    material: Graph | None = None,
+    depth: int = 2,
+    lifted: float = 0.0,
+    **settings: Any,
 ) -> float:
-    """Mean radiance of meshes seen from above under a white sky; NaN if a sample was dropped."""
+    """Mean radiance of meshes seen from above under a white sky; NaN if a sample was dropped.
+
+    `lifted` is the cosine below which shadow rays start above the triangles.
+    """
     graph = make.diffuse(FURNACE) if material is None else material
     objects = [(mesh, matrix, graph) for mesh in meshes]
     how = {"samples": 64, "sampler": "sobol", "integrator": "path_active", "max_depth": depth, **settings}
-    result = make.rendered(make.scene(objects, CAMERA, sky=make.world(1.0)), 8, **how)
+    snapshot = make.scene(objects, CAMERA, sky=make.world(1.0))
+    cutoff = np.full(len(objects), lifted, np.float32)
+    snapshot = replace(snapshot, instances=replace(snapshot.instances, terminator=cutoff))
+    result = make.rendered(snapshot, 8, **how)
     return NONE if result.progress.nonfinite_count else float(result.image()[..., :3].mean())
 
 
@@ -200,7 +215,7 @@ def plain_normalised(normal: tuple[float, float, float]) -> float:
 
 @GEOMETRY.case(
     "normals that turn away from the viewer",
-    "at a terminator the shading normal looks below the surface",
+    "at a terminator the shading normal looks below the surface, and shadow rays may start above it",
     "excess of the radiance over that of a white floor",
     0.0,
     0.0,
@@ -210,7 +225,9 @@ def terminator() -> float:
     tilted = [(np.sin(a), 0, np.cos(a)) for a in (1.2, 1.5, 1.57, 1.6, 2.0, np.pi)]
     white = make.diffuse(1.0)
     glossy = make.shader("BsdfGlossy", "gloss", Color=make.WHITE, Roughness=0.2)
-    values = [radiance(smooth(n), material=m) for n in tilted for m in (white, glossy)]
+    values = [
+        radiance(smooth(n), material=m, lifted=c) for n in tilted for m in (white, glossy) for c in (0.0, 0.3)
+    ]
     return NONE if np.isnan(values).any() else max(0.0, max(values) - 1.002)
 
 
@@ -250,6 +267,28 @@ def mapped(uv: Float32) -> MeshData:
 )
 def one_triangle() -> float:
     return radiance(make.mesh([(-9, -9, 0), (9, -9, 0), (0, 18, 0)], [(0, 1, 2)]))
+
+
+@GEOMETRY.case(
+    "instances that are not placed, beside broken ones",
+    "rays are taken through each one's inverse, which a tiny one has in 1e6 and a broken one has not",
+    "radiance of an albedo 0.7, of a ball among others of the same mesh",
+    FURNACE,
+    5e-3,
+    NOISE,
+)
+def nested() -> float:
+    ball = make.sphere(0.7, 160)  # a hundred thousand triangles; half a million are worth sharing
+    places = [make.translation(x, 900.0, -900.0) for x in range(-600, 600, 200)]
+    broken = [np.zeros((4, 4)), np.diag([1.0, 0, 0, 1]), *(np.full((4, 4), bad) for bad in (np.nan, np.inf))]
+    tiny, mirrored = (places[0] @ np.diag([a, b, b, 1.0]) for a, b in ((1e-5, 1e-5), (-1.0, 1.0)))
+    every = [UP, tiny, mirrored, *places, *broken]
+    snapshot = make.scene([(ball, m, make.diffuse(FURNACE)) for m in every], CAMERA, sky=make.world(1.0))
+    alike = np.zeros(len(every), np.int32)
+    snapshot = replace(snapshot, meshes=(ball,), instances=replace(snapshot.instances, mesh=alike))
+    how = RenderSettings(8, 8, samples=64, max_depth=2, threads=1, pixel_filter="BOX", filter_width=1.0)
+    result = render(prepare(snapshot, memory=NESTED), how)
+    return NONE if result.progress.nonfinite_count else float(result.image()[..., :3].mean())
 
 
 @GEOMETRY.case(

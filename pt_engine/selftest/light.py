@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from ..emitters.environment import EnvironmentMap, texel_directions
 from ..emitters.lights import Lights
+from ..emitters.many import Surfaces
+from ..scene.accel import Accel
 from ..scene.snapshot import LightData
 from . import scenes as make
 from .case import Group
@@ -302,3 +304,26 @@ def poles() -> float:
 def many() -> float:
     lamps = [lamp("POINT", 1.0, 4 * np.pi / 10 if k % 10_000 == 0 else 0.0) for k in range(100_000)]
     return irradiance(*lamps)
+
+
+@LIGHT.case(
+    "one light, and 20,000 that shine, chosen by place",
+    "a choice of groups in alias tables by cells: its probabilities are products of rounded shares",
+    "irradiance of a ring of them around the point over E = Φh/4π(r² + h²)^(3/2)",
+    1.0,
+    0.02,
+    "midpoints of 4,096 cells in the choice, a fifth of the lights",
+    quick=False,
+)
+def by_place() -> float:
+    corners = np.array([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)], np.float32)
+    floor = Surfaces(corners, np.array([(0, 1, 2), (0, 2, 3)], np.int32), True, Accel)
+    return worst([ring(count, floor) for count in (1, 20_000)], 1.0)
+
+
+def ring(count: int, floor: Surfaces) -> float:
+    """Irradiance at the middle of a ring of lamps of 1 W in all, 2 m wide and 1 m up, over the exact one."""
+    turn = 2 * np.pi * np.arange(count) / count
+    places = [make.translation(np.cos(a), np.sin(a), 1.0) for a in turn]
+    lamps = [LightData("POINT", "one", place, 1.0 / count) for place in places]
+    return irradiance(*lamps, surfaces=floor) * 4 * np.pi * 2**1.5

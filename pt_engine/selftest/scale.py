@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cameras import make_camera
 from ..render.progressive import RenderResult
 from ..scene.snapshot import LightData, Snapshot
 from . import scenes as make
@@ -125,6 +126,24 @@ def clips() -> float:
     camera = replace(make.perspective((0, 0, 1e-3), (0, 0, 0)), clip=(1e-6, float("inf")))
     snapshot = make.scene([(make.quad(1.0), np.eye(4), make.emission(1.0))], camera)
     return float(image(make.rendered(snapshot, 8, samples=4)).mean())
+
+
+@SCALE.case(
+    "pixels of an image of 16,384²",
+    "a place in the image is counted in float32, whose spacing there is a thousandth of a pixel",
+    "largest distance of rays from where they should go, in pixels, at the corners, edges and middle",
+    0.0,
+    5e-3,
+    "three roundings of 2⁻²⁴ of 16,384 pixels",
+)
+def huge_image() -> float:
+    edge = 1 << 14
+    corners = np.array([1, edge // 2, edge - 1])[:, None] + np.random.default_rng(0).random((1, 200)) - 0.5
+    raster = np.stack([a.ravel() for a in np.meshgrid(corners.ravel(), corners.ravel())])
+    camera = make_camera(make.perspective((0, 0, 0), (0, 1, 0)), np.zeros(3)).at_resolution(edge, edge)
+    d = camera.rays(raster.astype(np.float32)).d.astype(np.float64)
+    found = np.stack([d[0], d[2]]) / d[1]  # it looks along Y, and half its image is 0.5 wide at distance 1
+    return float(np.abs((found + 0.5) * edge - raster).max())
 
 
 @SCALE.case(

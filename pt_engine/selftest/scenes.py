@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,14 @@ from ..render.settings import RenderSettings
 from ..scene.prepare import prepare
 from ..scene.snapshot import (
     CameraData,
+    CurvesData,
     Graph,
     Instances,
     LightData,
     Link,
     MeshData,
     Node,
+    PointsData,
     Snapshot,
     Visibility,
 )
@@ -179,6 +182,29 @@ def scene(
     return Snapshot(
         tuple(m for m, _, _ in objects), instances, tuple(materials), (), tuple(lights), sky, camera
     )
+
+
+def among(
+    base: Snapshot,
+    curves: Sequence[CurvesData] = (),
+    points: Sequence[PointsData] = (),
+    matrices: Sequence[Matrix] | None = None,
+) -> Snapshot:
+    """Curves and points of the first object's material, ahead of all that a scene has."""
+    rows, count, others = base.instances, len(curves) + len(points), len(base.meshes)
+    own = np.stack([np.eye(4)] * count) if matrices is None else np.asarray(matrices, np.float64)
+    every = count + len(rows.mesh)
+    instances = Instances(
+        mesh=np.concatenate([np.arange(others, others + count, dtype=np.int32), rows.mesh]),
+        matrix=np.concatenate([own, rows.matrix]),
+        materials=np.concatenate([np.repeat(rows.materials[:1], count, axis=0), rows.materials]),
+        random=np.zeros(every, np.float32),
+        color=np.ones((every, 4), np.float32),
+        pass_index=np.zeros(every, np.int32),
+        visibility=np.concatenate([np.full(count, 63, np.uint8), rows.visibility]),
+        names=(*(f"round {k}" for k in range(count)), *rows.names),
+    )
+    return replace(base, instances=instances, curves=tuple(curves), points=tuple(points))
 
 
 def rendered(snapshot: Snapshot, size: int | tuple[int, int] = 16, **settings: Any) -> RenderResult:

@@ -8,11 +8,13 @@ from .case import Case, Group, Outcome
 from .forms import FORMS
 from .geometry import GEOMETRY
 from .light import LIGHT
+from .motion import MOTION
 from .scale import SCALE
 from .scattering import SCATTERING
 from .statistics import STATISTICS
+from .strands import STRANDS
 
-GROUPS: tuple[Group, ...] = (SCALE, GEOMETRY, SCATTERING, LIGHT, STATISTICS, FORMS)
+GROUPS: tuple[Group, ...] = (SCALE, GEOMETRY, STRANDS, SCATTERING, LIGHT, MOTION, STATISTICS, FORMS)
 
 
 def cases(quick: bool = False) -> list[Case]:

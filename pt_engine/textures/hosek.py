@@ -7,7 +7,7 @@ Hosek and Wilkie, *An Analytic Model for Full Spectral Sky-Dome Radiance* (2012)
     χ(H, γ) = (1 + cos²γ) / (1 + H² − 2H·cosγ)^(3/2)
 
 A to I and M are quintic Bézier curves of ∛(elevation / 90°), linear between whole turbidities and in albedo.
-Their control points are in hosek.npz, which scripts/measure_hosek.py has found from Blender's pictures of
+Their control points are in hosek.npz, which tools/measure_hosek.py has found from Blender's pictures of
 such skies: to 4·10⁻⁵ at all turbidities, albedos and elevations that were looked at.
 """
 

@@ -2,9 +2,9 @@
 
 import bpy
 import numpy as np
-import OpenImageIO as oiio
 import pytest
 from support.engine_scene import HEIGHT, WIDTH, engine_scene, exr
+from support.exr import channels_of
 
 from pt_engine.blender import accuracy_panel, words
 from pt_engine.blender.record import Session
@@ -13,14 +13,7 @@ from pt_engine.render.forecast import Prediction
 
 def layers(path):
     """Channel name without the view layer → (height, width)."""
-    found, part = {}, 0
-    picture = oiio.ImageInput.open(str(path))
-    while picture.seek_subimage(part, 0):
-        names, values = picture.spec().channelnames, picture.read_image(part, 0, 0, 99, "float")
-        values = values.reshape(*values.shape[:2], -1)
-        found.update({name.split(".", 1)[-1]: values[..., k] for k, name in enumerate(names)})
-        part += 1
-    return found
+    return {name.split(".", 1)[-1]: values for name, values in channels_of(path).items()}
 
 
 def test_passes_come_in_the_multilayer_file(tmp_path):

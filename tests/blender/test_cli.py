@@ -120,6 +120,22 @@ def test_replay_prints_the_path(run, blend):
     assert run("replay", blend, "--pixel", "999,0", "--sample", 0)[0] == 1
 
 
+def test_each_eye_is_replayed_by_its_name(run, tmp_path):
+    """As dropped samples of a stereoscopic render are reported with it."""
+    scene = engine_scene()
+    scene.render.use_multiview = True
+    path = tmp_path / "eyes.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    command = ["replay", path, "--pixel", "9,9", "--sample", 1]
+    eyes = [run(*command, *view)[1] for view in ([], ["--view", "left"], ["--view", "right"])]
+    assert eyes[0] == eyes[1]
+    assert "camera ray" in eyes[2]
+    assert eyes[2] != eyes[1]
+    code, _, err = run(*command, "--view", "middle")
+    assert code == 1
+    assert "no view 'middle'" in err
+
+
 @pytest.mark.parametrize(
     ("words", "code", "message"),
     [

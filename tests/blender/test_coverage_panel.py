@@ -1,5 +1,7 @@
 """The coverage panel: filled by Inspect and before a render, and its way from a finding to the node."""
 
+from types import SimpleNamespace
+
 import bpy
 import pytest
 from support.engine_scene import engine_scene, observed
@@ -7,6 +9,7 @@ from support.engine_scene import engine_scene, observed
 from pt_engine.blender import coverage_panel, node_places
 from pt_engine.blender.record import Observer, Session
 from pt_engine.blender.words import inexact
+from pt_engine.blender.wrapping import wrapped
 from pt_engine.nodes.registry import NODES
 
 
@@ -69,6 +72,14 @@ class Layout:
         assert hasattr(data, name)
 
 
+def a_panel(width):
+    """A context that draws into a region of this width in pixels."""
+    return SimpleNamespace(
+        region=SimpleNamespace(width=width),
+        preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1.0)),
+    )
+
+
 def nodes_listed():
     return sorted(entry.node for entry in coverage_panel.findings().get("Worn", []))
 
@@ -78,9 +89,11 @@ def test_inspect_fills_the_panel_without_a_render(scene):
     assert bpy.ops.pt_engine.check_scene() == {"FINISHED"}
     assert nodes_listed() == ["Bevel", "Group/a/b"]
     layout = Layout()
-    coverage_panel.draw_findings(layout, coverage_panel.findings())
+    coverage_panel.draw_findings(layout, a_panel(300), coverage_panel.findings())
     assert layout.labels[0] == "Worn"
-    assert "Bevel ignored: edges stay sharp" in layout.labels
+    assert set(zip(layout.labels[1::2], layout.labels[2::2], strict=True)) == {
+        (f"{node}: ignored", "edges stay sharp") for node in nodes_listed()
+    }
     assert sorted((jump.owner, jump.node) for jump in layout.jumps) == [("Worn", n) for n in nodes_listed()]
 
 
@@ -147,5 +160,15 @@ def test_long_lists_end_with_how_many_there_are_more(scene):
     bpy.ops.pt_engine.check_scene()
     entry = inexact(Session.checked.coverage)[0]
     layout = Layout()
-    coverage_panel.draw_findings(layout, {"Worn": [entry] * 30})
+    coverage_panel.draw_findings(layout, a_panel(300), {"Worn": [entry] * 30})
     assert layout.labels[-1] == "and 6 more"
+
+
+def test_lines_are_as_wide_as_the_panel():
+    """About six pixels a character, never less than a word's width; nothing is lost."""
+    text = "the shader as lit by even white light, without shadows or lamps"
+    for width in (120, 225, 400, 1000):
+        lines = wrapped(text, a_panel(width))
+        assert " ".join(lines) == text
+        assert max(map(len, lines)) <= max(width / 6, 16)
+    assert len(wrapped(text, a_panel(1000))) == 1

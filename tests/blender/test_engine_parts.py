@@ -1,11 +1,21 @@
 """Settings, panels and pictures: the engine's parts that need no render."""
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
 from support.engine_scene import engine_scene
 
-from pt_engine.blender import compatibility, panels, panorama_panel, registration
+from pt_engine.blender import (
+    compatibility,
+    cycles_panels,
+    light_group_panels,
+    motion_panels,
+    panels,
+    panorama_panel,
+    registration,
+)
 from pt_engine.blender.export.panorama import EDGES
 from pt_engine.blender.picture import Picture
 from pt_engine.blender.properties import integrator_number
@@ -108,6 +118,23 @@ def test_every_panorama_has_its_lens_in_the_panel(scene):
     assert all(hasattr(camera, name) for lens in panorama_panel.LENSES.values() for name in lens)
 
 
+def test_every_setting_kept_with_cycles_exists(scene):
+    """Of an object, a world and a material."""
+    context = SimpleNamespace(
+        object=scene.camera, world=bpy.data.worlds.new("World"), material=bpy.data.materials.new("Material")
+    )
+    for _, _, _, settings in cycles_panels.PANELS:
+        for path in settings:
+            assert cycles_panels.owner_of(context, path)[0] is not None, path
+    assert cycles_panels.owner_of(SimpleNamespace(object=None), "object.cycles.motion_steps")[0] is None
+
+
+def test_every_class_has_a_name_of_its_own():
+    """Blender forgets the first of two."""
+    names = [made.__name__ for part in registration.PARTS for made in getattr(part, "CLASSES", ())]
+    assert len(set(names)) == len(names)
+
+
 def test_blenders_own_panels_come_and_go_with_the_engine(scene):
     def shown():
         return {
@@ -199,3 +226,49 @@ def test_words():
         "10.00% relative RMS"
     )
     assert estimated_error({"relmse": None}) == ""
+
+
+@pytest.mark.parametrize("part", [light_group_panels, motion_panels], ids=["light groups", "motion blur"])
+def test_panels_draw_what_blender_has(scene, part):
+    """Every property and operator that they show exists: drawn onto a layout that looks them up."""
+    context = SimpleNamespace(
+        scene=scene, engine="PT_ENGINE", view_layer=bpy.context.view_layer, world=scene.world,
+        object=bpy.data.objects["Cube"],
+    )  # fmt: skip
+    for panel in part.CLASSES:
+        assert panel.poll(context)
+        panel.draw(SimpleNamespace(layout=Layout(), owner=getattr(panel, "owner", None)), context)
+
+
+class Layout:
+    """Stands in for Blender's; what it is asked to show must be there."""
+
+    def row(self, **_):
+        return self
+
+    column = row
+
+    def separator(self):
+        pass
+
+    def prop(self, owner, name, **_):
+        assert hasattr(owner, name), name
+
+    def prop_search(self, owner, name, source, names, **_):
+        assert hasattr(owner, name), name
+        assert hasattr(source, names), names
+
+    def template_list(self, kind, identifier, owner, name, active_owner, active, **_):
+        assert hasattr(owner, name), name
+        assert hasattr(active_owner, active), active
+
+    def template_curve_mapping(self, owner, name):
+        assert hasattr(owner, name), name
+
+    def operator(self, name, **_):
+        module, call = name.split(".")
+        known = getattr(getattr(bpy.ops, module), call).get_rna_type()  # a KeyError where there is none
+        return SimpleNamespace(**dict.fromkeys(known.properties.keys()))
+
+    def menu(self, name, **_):
+        assert hasattr(bpy.types, name), name

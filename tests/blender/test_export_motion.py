@@ -5,7 +5,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 from support.bpy_motion import animate  # noqa: E402
-from support.bpy_scenes import add, cube, export, mesh, shutter_scene  # noqa: E402
+from support.bpy_scenes import add, cube, export, shutter_scene  # noqa: E402
 
 from pt_engine.blender.export import ExportError  # noqa: E402
 from pt_engine.scene.movement import Movement, moving_last  # noqa: E402
@@ -201,25 +201,21 @@ def test_a_scale_through_zero_stays_finite_and_passes_through_a_point(scene):
     np.testing.assert_allclose(sizes, [0.5, 0.25, 0, 0.25, 0.5], atol=1e-6)
 
 
-def test_a_rolling_shutter_is_named(scene):
-    scene.cycles.rolling_shutter_type = "TOP"
-    add(mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]))
-    assert [what for _, what, _ in blurred()[0].unsupported] == ["rolling shutter"]
-    scene.render.use_motion_blur = False
-    assert blurred()[0].unsupported == ()
+@pytest.mark.parametrize(("kind", "expected"), [("NONE", 1.0), ("TOP", 0.25)])
+def test_a_rolling_shutter_exposes_rows_for_its_duration(scene, kind, expected):
+    scene.cycles.rolling_shutter_type, scene.cycles.rolling_shutter_duration = kind, 0.25
+    mover()
+    assert blurred()[0].motion.row_exposure == expected
 
 
-def test_links_follow_the_instances_that_stay_and_moving_catchers_are_named(scene):
+def test_links_follow_the_instances_that_stay(scene):
     """A particle is left out, and with it its row of the links."""
     test_particles_that_are_born_meanwhile_are_not_there(scene)
     lamp = add(bpy.data.lights.new("Lamp", "POINT"))
     receivers = bpy.data.collections.new("Receivers")
     receivers.objects.link(bpy.data.objects["Grain"])
     lamp.light_linking.receiver_collection = receivers
-    mover(is_shadow_catcher=True)
+    mover()
     snapshot, _ = blurred()
     assert snapshot.linking is not None
     assert len(snapshot.linking.receiver) == len(snapshot.instances.names)
-    assert ("Object Mover", "motion blur of a shadow catcher") in [
-        entry[:2] for entry in snapshot.unsupported
-    ]

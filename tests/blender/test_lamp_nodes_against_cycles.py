@@ -10,6 +10,7 @@ bpy = pytest.importorskip("bpy")
 from support.bpy_nodes import BLENDER_5, with_nodes  # noqa: E402
 from support.bpy_scenes import export  # noqa: E402
 from support.lamp_planes import cycles, hang, ours, plane_under_a_camera  # noqa: E402
+from support.luminaire import luminaire  # noqa: E402
 
 from pt_engine.scene.prepare import prepare  # noqa: E402
 
@@ -20,9 +21,6 @@ SOFT = BALL | {"use_soft_falloff": True}
 SPOT = {"type": "SPOT", "energy": 100.0, "spot_size": 1.2, "spot_blend": 0.4, "shadow_soft_size": 0.0}
 SUN = {"type": "SUN", "energy": 3.0, "angle": 0.4}
 SCALED = {"scale": (2.0, 0.7, 1.3)}
-IES = "IESNA\nTILT=NONE\n1 1000 1 5 5 1 1 0 0 0 1 1 50\n0 30 60 120 180\n0 90 180 270 360\n" + "\n".join(
-    " ".join(str((3 * i + 5 * j) % 7 + 1) for j in range(5)) for i in range(5)
-)
 
 
 def coordinates(output, kind="TexCoord"):
@@ -47,14 +45,6 @@ def falloff(output):
         tree.links.new(node.outputs[output], emission.inputs["Strength"])
 
     return build
-
-
-def luminaire(tree, emission):
-    """The lamp shines as an IES file says."""
-    node = tree.nodes.new("ShaderNodeTexIES")
-    node.mode, node.ies = "INTERNAL", bpy.data.texts.new("ies")
-    node.ies.write(IES)
-    tree.links.new(node.outputs[0], emission.inputs["Strength"])
 
 
 def path(output):

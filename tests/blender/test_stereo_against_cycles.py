@@ -12,8 +12,9 @@ bpy = pytest.importorskip("bpy")
 from support.bpy_scenes import add, cube, empty_scene  # noqa: E402
 from support.shared_scenes import read_exr  # noqa: E402
 
-from pt_engine.blender import registration  # noqa: E402
+from pt_engine.blender import final, registration  # noqa: E402
 from pt_engine.blender.record import Session  # noqa: E402
+from pt_engine.scene.prepare import prepare  # noqa: E402
 
 SIZE = (31, 22)
 EYE = (3.0, -2.0, 1.0)
@@ -94,7 +95,10 @@ def test_eyes_that_turn_with_the_ray(scene, tmp_path, kind, merge, mode):
     check(scene, tmp_path, tolerance=2e-3 if kind == "PERSP" else 6e-3)  # a panorama's pixels are larger
 
 
-def test_views_with_cameras_of_their_own(scene, tmp_path):
+def test_views_with_cameras_of_their_own(scene, tmp_path, monkeypatch):
+    """Both are of one prepared scene."""
+    prepared = []
+    monkeypatch.setattr(final, "prepare", lambda *given: prepared.append(given) or prepare(*given))
     scene.render.views_format = "MULTIVIEW"
     for name, place in (("eye_L", (9.0, 10.0, 10.0)), ("eye_R", (11.0, 9.0, 10.5))):
         camera = bpy.data.objects.new(name, scene.camera.data)
@@ -102,6 +106,7 @@ def test_views_with_cameras_of_their_own(scene, tmp_path):
         scene.collection.objects.link(camera)
     scene.camera = bpy.data.objects["eye_L"]
     check(scene, tmp_path)
+    assert len(prepared) == 1
     assert list(Session.last.layers) == ["ViewLayer, left", "ViewLayer, right"]
 
 

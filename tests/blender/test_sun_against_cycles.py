@@ -5,9 +5,9 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 from mathutils import Euler  # noqa: E402
-from support.bpy_nodes import with_nodes  # noqa: E402
-from support.bpy_scenes import add, cube, empty_scene, export, mesh  # noqa: E402
+from support.bpy_scenes import empty_scene, export  # noqa: E402
 from support.cycles import by_cycles, by_engine  # noqa: E402
+from support.skies import box_outdoors, sky  # noqa: E402
 from support.ztest import compare  # noqa: E402
 
 from pt_engine.scene.prepare import prepare  # noqa: E402
@@ -18,22 +18,6 @@ pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="the models 
 SIZE = 32
 FIRST = 0.5 + 0.5 / 1022  # where in a pixel Cycles' first sample lies
 SUN = {"sun_elevation": 0.02, "sun_rotation": 1.1, "sun_size": 0.06, "sun_intensity": 0.01}
-
-
-def sky(scene, **settings):
-    """The scene's world becomes a Sky Texture."""
-    world = scene.world = bpy.data.worlds.new("sky")
-    tree = with_nodes(world)
-    texture, background, out = (
-        tree.nodes.new("ShaderNode" + kind) for kind in ("TexSky", "Background", "OutputWorld")
-    )
-    for name, value in settings.items():
-        if name == "turned":
-            texture.texture_mapping.rotation = value
-        else:
-            setattr(texture, name, value)
-    tree.links.new(texture.outputs[0], background.inputs["Color"])
-    tree.links.new(background.outputs[0], out.inputs["Surface"])
 
 
 def look_at_sun(scene, elevation, rotation, wide=0.08):
@@ -75,17 +59,7 @@ def test_scene(turned, tmp_path):
     """A box on the ground in the afternoon."""
     scene = empty_scene()
     sky(scene, sky_type="MULTIPLE_SCATTERING", sun_elevation=0.5, sun_rotation=2.0, turned=turned)
-    grey = bpy.data.materials.new("grey")
-    tree = with_nodes(grey)
-    lambert, out = (tree.nodes.new("ShaderNode" + kind) for kind in ("BsdfDiffuse", "OutputMaterial"))
-    tree.links.new(lambert.outputs[0], out.inputs["Surface"])
-    for data, height in (
-        (mesh([(-20, -20, 0), (20, -20, 0), (20, 20, 0), (-20, 20, 0)], [(0, 1, 2, 3)]), 0),
-        (cube(size=1.0), 0.5),
-    ):
-        data.materials.append(grey)
-        add(data, location=(0, 0, height))
-    scene.camera.location, scene.camera.rotation_euler = (4, -4, 4), Euler((np.pi / 3.4, 0, np.pi / 4))
+    box_outdoors(scene)
     size, samples = (32, 24), 128
     theirs, mine = by_cycles(samples, size, tmp_path), by_engine(samples, size)
     found = compare(*(tuple(image[..., :3] for image in pair) for pair in (mine, theirs)), grid=(8, 6))

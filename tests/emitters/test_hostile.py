@@ -48,7 +48,7 @@ def test_everything_is_finite_everywhere(name):
     np.testing.assert_allclose(length[shining], 1.0, atol=1e-3)
     with np.errstate(divide="raise", over="raise", invalid="raise"):
         for d in (s.wo, -s.wo, up(p.shape[1])):
-            for lanes, radiance, pdf in scene.intersect(p, d, np.full(p.shape[1], np.inf, np.float32)):
+            for lanes, radiance, pdf, _ in scene.intersect(p, d, np.full(p.shape[1], np.inf, np.float32)):
                 assert np.isfinite(radiance).all()
                 assert np.isfinite(pdf).all()
                 assert lanes.size == pdf.size == radiance.shape[1]

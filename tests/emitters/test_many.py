@@ -132,7 +132,7 @@ def test_lanes_do_not_depend_on_each_other():
 def gathered(scene, o, d, t, camera):
     """What each ray gathers in all: number of lamps, radiance, Σ pdf."""
     found = np.zeros((3, o.shape[1]))
-    for lanes, radiance, pdf in scene.intersect(o, d, t, camera):
+    for lanes, radiance, pdf, _ in scene.intersect(o, d, t, camera):
         assert len(np.unique(lanes)) == len(lanes)
         found[:, lanes] += np.stack([np.ones(len(lanes)), radiance[0], pdf])
     return found

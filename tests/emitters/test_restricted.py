@@ -10,7 +10,7 @@ from support import scenes as make
 from support.lamps import lamp, lights, placed
 
 from pt_engine.core.raykind import RayKind
-from pt_engine.emitters.restricted import SEEN_AS, Linking, Shown
+from pt_engine.emitters.restricted import SEEN_AS, Linking, Shown, Ways
 from pt_engine.render.progressive import render
 from pt_engine.render.settings import RenderSettings
 from pt_engine.scene.prepare import prepare
@@ -49,6 +49,8 @@ def test_max_bounces_count_from_the_surface_that_is_lit():
     limits = lights(replace(BALL, max_bounces=1)).restrictions
     depth, nobody = np.arange(4, dtype=np.int32), np.full(4, -1, np.int32)
     assert limits.sampled(0, nobody, depth).tolist() == [True, True, False, False]
+    onward = Ways(np.full(4, RayKind.REFLECTION | RayKind.DIFFUSE, np.int32), nobody, depth + 1, depth < 0)
+    assert limits.met(0, onward).tolist() == [True, True, False, False]  # rays that left those surfaces
 
 
 def floors(linking, lamps):

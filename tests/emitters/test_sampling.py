@@ -101,7 +101,7 @@ def test_a_ray_along_the_sample_meets_the_lamp_with_the_same_density_and_radianc
     wanted = np.flatnonzero(s.weight[0] > 0.0)
     hits = [h for h in scene.intersect(p, s.wo, np.full(n, np.inf, np.float32)) if h.lanes.size]
     assert len(hits) == 1
-    lanes, radiance, pdf = hits[0]
+    lanes, radiance, pdf, _ = hits[0]
     common = np.intersect1d(wanted, lanes)
     assert common.size > 0.999 * wanted.size - 1 or name == "tiny sphere"
     place = np.searchsorted(lanes, common)
@@ -120,7 +120,7 @@ def test_irradiance_two_ways(name):
     d = np.stack([np.sqrt(u) * np.cos(2 * np.pi * v), np.sqrt(u) * np.sin(2 * np.pi * v), np.sqrt(1 - u)])
     found = np.zeros(n)
     d, far = d.astype(np.float32), np.full(n, np.inf, np.float32)
-    for lanes, radiance, _ in scene.intersect(points(n), d, far):
+    for lanes, radiance, *_ in scene.intersect(points(n), d, far):
         found[lanes] += radiance[0]
     found *= np.pi
     standard_error = np.hypot(error, found.std() / np.sqrt(n))

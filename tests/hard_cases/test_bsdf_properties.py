@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib import import_module
+from pkgutil import iter_modules
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import bsdf_checks as checks
 from support.bsdf_checks import direction, f32, hostile_uniforms, repeat, uniforms
+
+from pt_engine import bsdfs
+from pt_engine.bsdfs import hair_chiang
 
 UNIT = st.one_of(st.floats(0, 1), st.sampled_from([0.0, 1e-8, 1e-5, 2e-5, 1e-3, 0.999999, 1.0]))
 COLOR = st.tuples(UNIT, UNIT, UNIT)
@@ -39,26 +43,48 @@ def maybe(strategy):
     return st.none() | strategy
 
 
-METAL = {"alpha_x": UNIT, "alpha_y": maybe(UNIT), "color": maybe(COLOR), "edge_tint": maybe(COLOR)}
+FACETS = {"alpha_x": UNIT, "alpha_y": maybe(UNIT)}
+METAL = {**FACETS, "color": maybe(COLOR), "edge_tint": maybe(COLOR)}
 GLASS = {"alpha": UNIT, "eta": INDEX, **dict.fromkeys(("reflection_tint", "transmission_tint"), maybe(COLOR))}
+FILM = {"film_thickness": st.one_of(st.floats(0, 2000), st.just(0.1)), "film_ior": INDEX}
+SHORT = st.one_of(st.floats(0, 1), st.sampled_from([0.0, 1e-3, 1.0]))  # roughness of a hair
+ANGLE = st.floats(-1.55, 1.55)
+STRAND = {"roughness_u": SHORT, "roughness_v": SHORT, "offset": ANGLE, "lean": maybe(st.floats(-1, 1))}
+HAIR = {
+    "v": SHORT.map(lambda x: float(hair_chiang.variance(np.float32(x)))),
+    "v0": SHORT.map(lambda x: float(hair_chiang.variance(np.float32(x)))),
+    "s": SHORT.map(lambda x: float(hair_chiang.scale(np.float32(x)))),
+    "alpha": ANGLE,
+    "eta": INDEX,
+    "sigma": st.tuples(*[st.one_of(st.floats(0, 10), st.sampled_from([0.0, 1e3]))] * 3),
+    "h": st.one_of(st.floats(-1, 1), st.sampled_from([-1.0, 0.0, 1.0])),
+    "strength": maybe(COLOR),
+}
 MODELS = {
     "ashikhmin_shirley": Space({"alpha_x": UNIT, "alpha_y": maybe(UNIT)}, 1e30, 3.0),
     "conductor": Space(METAL),
     "conductor_beckmann": Space(METAL),
-    "conductor of a complex index": Space(
-        {"alpha_x": UNIT, "alpha_y": maybe(UNIT), "eta": COMPLEX, "k": COMPLEX}
-    ),
+    "conductor of a complex index": Space({**FACETS, "eta": COMPLEX, "k": COMPLEX}),
+    "conductor of two colours under a film": Space({**METAL, "color": COLOR, "edge_tint": COLOR, **FILM}),
+    "conductor of a complex index under a film": Space({**FACETS, "eta": COMPLEX, "k": COMPLEX, **FILM}),
+    "dielectric under a film": Space({**GLASS, **FILM}, 4.0),
     "dielectric": Space({**GLASS, "specular_tint": maybe(COLOR)}, 4.0),
     "dielectric_beckmann": Space({**GLASS, "specular_tint": maybe(COLOR)}, 4.0),
     "diffuse": Space({}),
+    "hair_chiang": Space(HAIR, 1e30),
+    "hair_reflection": Space(STRAND),
+    "hair_transmission": Space(STRAND),
     "oren_nayar": Space({"roughness": UNIT, "color": COLOR}, 1e30, 1.003),
     "plastic": Space(
         {"alpha": UNIT, "eta": ABOVE_ONE, "diffuse": COLOR, "nonlinear": maybe(UNIT)}, 1e30, 1.02
     ),
+    "ray_portal": Space({"direction": st.sampled_from([(0.0, 0.6, 0.8), (0.0, 0.0, -1.0)])}),
     "refraction": Space({"alpha": UNIT, "eta": INDEX}),
     "refraction_beckmann": Space({"alpha": UNIT, "eta": INDEX}),
+    "rough_translucent": Space({"roughness": UNIT, "color": COLOR}, 1e30, 1.003),
     "sheen": Space({"roughness": UNIT}, 1e30, 1.02),
     "specular": Space({"alpha_x": UNIT, "alpha_y": maybe(UNIT), "eta": INDEX, "tint": maybe(COLOR)}),
+    "thin_transmission": Space({"alpha": UNIT}),
     "toon": Space({"size": UNIT, "smooth": UNIT}, 1e30, 1e30),
     "toon_glossy": Space({"size": UNIT, "smooth": UNIT}, 1e30, 1e30),
     "translucent": Space({}),
@@ -66,6 +92,14 @@ MODELS = {
     "velvet": Space({"sigma": UNIT}, 1e30, 1e30),
 }
 EXAMPLES = settings(max_examples=10, deadline=None, derandomize=True)
+
+
+def test_no_model_is_left_out():
+    """Every module that is a model as `base` has it."""
+    modules = [import_module(f"{bsdfs.__name__}.{found.name}") for found in iter_modules(bsdfs.__path__)]
+    parts = ("Params", "sample", "eval_pdf", "albedo")
+    models = {m.__name__.rpartition(".")[2] for m in modules if all(hasattr(m, part) for part in parts)}
+    assert {name.partition(" ")[0] for name in MODELS} == models
 
 
 def model_and_params(name, data):

@@ -7,43 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.lamps import lights, placed, points, up
+from support.spaces import ANGLE, EXAMPLES, PLACE, UNIFORMS, WEIGHT, lamps
 
 from pt_engine.cameras.make import CAMERAS, make_camera
 from pt_engine.cameras.panoramic import PROJECTIONS
 from pt_engine.core import warps
 from pt_engine.core.distributions import AliasTable, Distribution2D
-from pt_engine.scene.snapshot import CameraData, LightData
-
-EXAMPLES = settings(max_examples=40, deadline=None, derandomize=True)
-SIZE = st.one_of(st.floats(1e-3, 5), st.sampled_from([0.0, 1e-20, 1e-9, 1e-4, 1e4]))
-ANGLE = st.one_of(st.floats(0.02, np.pi), st.sampled_from([0.0, 1e-6, np.pi, 4.0]))
-UNIT = st.floats(0, 1)
-COORDINATE = st.one_of(st.floats(-5, 5), st.sampled_from([0.0, 1e-6, 1e3]))
-PLACE = st.tuples(COORDINATE, COORDINATE, COORDINATE)
-SCALE = st.tuples(*[st.one_of(st.floats(0.1, 3), st.sampled_from([0.0, -1.0, 1e-3]))] * 3)
-UNIFORMS = np.random.default_rng(4).random((3, 64), np.float32)
-
-
-@st.composite
-def lamps(draw):
-    """Any lamp."""
-    kind = draw(st.sampled_from(["POINT", "SPOT", "SUN", "AREA"]))
-    matrix = placed(*draw(PLACE), tilt=draw(st.floats(0, 6.3)), scale=draw(SCALE))
-    return LightData(
-        kind,
-        "lamp",
-        matrix,
-        draw(st.floats(1e-3, 1e3)),
-        radius=draw(SIZE),
-        soft_falloff=draw(st.booleans()),
-        spot_size=draw(ANGLE),
-        spot_blend=draw(UNIT),
-        angle=draw(ANGLE),
-        shape=draw(st.sampled_from(["SQUARE", "RECTANGLE", "DISK", "ELLIPSE"])),
-        size=(draw(SIZE), draw(SIZE)),
-        spread=draw(ANGLE),
-        normalize=draw(st.booleans()),
-    )
+from pt_engine.scene.snapshot import CameraData, Stereo
 
 
 @settings(EXAMPLES, max_examples=120)
@@ -87,11 +57,20 @@ def is_degenerate(lamp, place):
     return np.linalg.norm(away) < 1e-3 or (lamp.kind == "AREA" and height < 1e-3)
 
 
+EYES = st.builds(
+    Stereo,
+    st.floats(-1, 1),
+    st.sampled_from([1e-5, 0.1, 2.0, 1e6, np.inf]),
+    st.floats(0, 1.6),
+    st.one_of(st.floats(0, 1.6), st.just(0.0)),
+)
+
+
 @pytest.mark.parametrize("kind", [*CAMERAS])
 @EXAMPLES
 @given(data=st.data())
 def test_camera_rays_are_unit_and_finite(kind, data):
-    """Wherever in the image, with any lens and any clip."""
+    """Wherever in the image, with any lens, any clip, and either eye."""
     left, bottom = data.draw(st.floats(-3, 1)), data.draw(st.floats(-1.4, 1))
     width, height = data.draw(st.floats(1e-4, 3)), data.draw(st.floats(1e-4, 1.4))
     camera = CameraData(
@@ -109,6 +88,7 @@ def test_camera_rays_are_unit_and_finite(kind, data):
         panorama=data.draw(st.sampled_from([*PROJECTIONS, "UNKNOWN"])),
         fisheye_fov=data.draw(ANGLE),
         fisheye_polynomial=tuple(data.draw(st.floats(-1, 1)) for _ in range(5)),
+        stereo=data.draw(st.none() | EYES) if kind != "ORTHO" else None,
     )
     rays = make_camera(camera, np.zeros(3)).rays(UNIFORMS[:2], UNIFORMS[1:])
     seen = rays.tfar >= 0
@@ -144,6 +124,20 @@ def test_warps_are_undone_and_have_a_density(name, u, v):
 
 
 @EXAMPLES
+@given(u=WITHIN, v=WITHIN, corners=st.integers(3, 16), turn=st.floats(-7, 7))
+def test_polygons_are_undone_and_have_a_density(u, v, corners, turn):
+    """Apertures of any number of blades, turned anyhow: to 1e-3 of the square, away from edges of sectors."""
+    u = (np.floor(u * corners) + 0.1 + 0.8 * (u * corners % 1)) / corners
+    u, v = np.array([u], np.float32), np.array([0.1 + 0.8 * v], np.float32)
+    point = warps.square_to_polygon(u, v, corners, turn)
+    area = corners / 2 * np.sin(2 * np.pi / corners)
+    np.testing.assert_allclose(warps.polygon_pdf(point, corners, turn) * area, 1, rtol=1e-5)
+    np.testing.assert_allclose(
+        np.concatenate(warps.polygon_to_square(point, corners, turn)), [u[0], v[0]], atol=1e-3
+    )
+
+
+@EXAMPLES
 @given(u=WITHIN, v=WITHIN, size=st.floats(1e-12, 2))
 def test_cones_of_any_size_are_undone(u, v, size):
     """1 − cosθ from 1e-12 to 2: u is found again to 1e-3, the density is 1 / 2π(1 − cosθ)."""
@@ -151,9 +145,6 @@ def test_cones_of_any_size_are_undone(u, v, size):
     w = warps.square_to_cone(u, v, np.float32(size))
     np.testing.assert_allclose(warps.cone_pdf(w, np.float32(size)) * 2 * np.pi * size, 1, rtol=1e-5)
     np.testing.assert_allclose(warps.cone_to_square(w, np.float32(size))[0], u, atol=2e-3)
-
-
-WEIGHT = st.one_of(st.just(0.0), st.floats(1e-30, 1e30), st.floats(0.5, 2))
 
 
 @EXAMPLES

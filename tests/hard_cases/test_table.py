@@ -25,15 +25,17 @@ def test_every_subject_has_rows_with_words():
     assert {group.name for group in GROUPS} == {
         "Scale and place",
         "Geometry",
+        "Hair and points",
         "Scattering",
         "Light",
+        "Motion",
         "Statistics",
         "Robust forms",
     }
     names = [(case.group, case.name) for case in cases()]
     assert len(set(names)) == len(names)
     assert all(case.why and case.quantity and case.reason and case.tolerance >= 0 for case in cases())
-    assert sum(case.naive is not None for case in cases()) >= 15
+    assert sum(case.naive is not None for case in cases()) >= 25
 
 
 def rows(**measures):

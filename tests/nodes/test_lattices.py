@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from pt_engine.nodes import noise, noise_nodes, perlin, voronoi
+from pt_engine.nodes import lattice, noise, noise_nodes, perlin, voronoi, voronoi_cells
 from pt_engine.nodes.hashes import hash_uints
 
 FEW = 7
@@ -27,7 +27,7 @@ def test_perlin_noise_does_not_depend_on_the_batch(dimension, extent):
     apart = [perlin.signed_noise([p[k : k + 1] for p in many])[0] for k in range(FEW)]
     np.testing.assert_array_equal(together[:FEW], apart)
     first, last = ([float(np.floor(end(p))) for p in many] for end in (np.min, np.max))
-    assert (perlin.Grid.between(first, last, len(many[0])) is not None) == (extent == 2)
+    assert (lattice.Grid.between(first, last, len(many[0])) is not None) == (extent == 2)
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4])
@@ -58,6 +58,18 @@ def test_the_period_is_exact():
     np.testing.assert_array_equal(perlin._periodic(p), np.fmod(p, np.float32(1e5)))
 
 
+@pytest.mark.parametrize("far", [9.95e4, 1.234e5, -3.7e5, 9.9999e5, 5.5e6, -4.99e8, 6e8])
+def test_points_within_one_period_are_moved_into_the_first_together(far):
+    """By what each alone is moved by, to the bit, where no multiple of the period is among them."""
+    many = [p + np.float32(far) for p in points(3, 100, size=500)]
+    ends = np.array([[end(p) for p in many] for end in (np.min, np.max)])
+    shift = perlin._common_shift(*ends)
+    assert (shift is None) == (abs(far) > 5e8 or np.ptp(np.trunc(ends / 1e5)) != 0)
+    alone = perlin._periodic(np.stack(many))
+    if shift is not None:
+        np.testing.assert_array_equal(perlin._shifted(np.stack(many), shift), alone)
+
+
 @pytest.mark.parametrize("axis", [0, 1, 2])
 @pytest.mark.parametrize("extent", [2, 1e4])
 def test_noise_on_a_lattice_plane_needs_only_the_corners_there(axis, extent):
@@ -74,7 +86,9 @@ def test_the_shortened_hash_has_the_low_bits_of_the_whole(dimension):
     random = np.random.default_rng(0)
     keys = [random.integers(0, 2**32, 1000, np.uint32) for _ in range(dimension)]
     cells = np.stack(keys)
-    hashes = perlin.Hashes(dimension, tuple(range(dimension)), 1000)
+    hashes = lattice.Hashes(
+        dimension, tuple(range(dimension)), np.empty((4, *(2,) * dimension, 1000), np.uint32)
+    )
     for corner in itertools.product((0, 1), repeat=dimension):
         whole = hash_uints(*(key + np.uint32(step) for key, step in zip(keys, corner, strict=True)))
         found = hashes.of_corners(cells)[corner[::-1]]  # the first axis is the innermost
@@ -91,7 +105,7 @@ def test_voronoi_does_not_depend_on_the_batch(dimension, feature):
     one = np.ones(1, np.float32)
     own = np.linspace(0, 1, size, dtype=np.float32)
     for randomness in (one, own):
-        settings = voronoi.Settings("F1", "EUCLIDEAN", one, randomness, one)
+        settings = voronoi_cells.Settings("F1", "EUCLIDEAN", one, randomness, one)
         together = parts(getattr(voronoi, feature)(settings, many))
         for k in (0, 1, size - 1):
             there = settings._replace(randomness=randomness[k : k + 1] if randomness is own else one)
@@ -108,7 +122,7 @@ def test_the_distance_alone_is_the_distance_of_the_nearest_points(dimension, met
     many, one = points(dimension, 30), np.ones(1, np.float32)
     many = many if randomness else [np.round(2 * p) / 2 for p in many]
     for feature, whole in (("F1", voronoi.f1), ("F2", voronoi.f2)):
-        settings = voronoi.Settings(feature, metric, 0.5 * one, randomness * one, one)
+        settings = voronoi_cells.Settings(feature, metric, 0.5 * one, randomness * one, one)
         np.testing.assert_array_equal(voronoi.distances(settings, many), whole(settings, many).distance)
 
 
@@ -122,7 +136,7 @@ def test_a_point_beyond_all_cells_harms_no_other(point):
     """Distances stay finite, or as far as can be; the lanes beside it keep their values."""
     many = points(3, 30, size=10)
     one = np.ones(1, np.float32)
-    settings = voronoi.Settings("F1", "EUCLIDEAN", one, one, one)
+    settings = voronoi_cells.Settings("F1", "EUCLIDEAN", one, one, one)
     with np.errstate(all="ignore"):
         clean = voronoi.f2(settings, many).distance
         many[1][4] = point

@@ -290,3 +290,19 @@ def test_a_result_that_nothing_reads_costs_nothing():
     points = np.random.default_rng(0).random((3, 50), np.float32) * 10
     color, product, distance = (emitted(compiled, k, colors={"A": points}) for k in range(3))
     np.testing.assert_array_equal(product, color * distance)
+
+
+def test_channels_of_noise_that_nothing_reads_cost_nothing():
+    """Red and blue of the noise are taken apart: green's fractal is left out, and they stay as they were."""
+    noise = Node("TexNoise", "noise", {"Vector": Link(0, "Color")})
+    apart = Node("SeparateColor", "apart", {"Color": Link(1, "Color")})
+    joined = Node("CombineColor", "joined", {"Red": Link(2, "Red"), "Blue": Link(2, "Blue")})
+    some = shining(attribute(), noise, apart, joined, socket="Color")
+    compiled = compile_materials([some, shining(attribute(), noise, socket="Color")])
+    assert [[name for name in steps(compiled, k) if "noise" in name] for k in (0, 1)] == [
+        ["noise_rb"],
+        ["noise_color"],
+    ]
+    points = np.random.default_rng(0).random((3, 5000), np.float32) * 10
+    found, whole = (emitted(compiled, k, colors={"A": points}) for k in (0, 1))
+    np.testing.assert_array_equal(found, whole * np.array([[1], [0], [1]], np.float32))

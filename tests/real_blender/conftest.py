@@ -49,7 +49,7 @@ def build(folder: Path) -> Path:
     for wheel in (ROOT / "dist" / "wheels").glob("*.whl"):
         (folder / "wheels").mkdir(exist_ok=True)
         shutil.copy(wheel, folder / "wheels")
-    command = [sys.executable, str(ROOT / "scripts" / "build_extension.py"), "--out", str(folder)]
+    command = [sys.executable, str(ROOT / "tools" / "extension.py"), "--out", str(folder)]
     subprocess.run(command, check=True, capture_output=True, text=True)
     return next(folder.glob("pt_engine-*.zip"))
 

@@ -90,3 +90,30 @@ def steps():
     yield 1.0
     yield lambda: not rendering()
 """)
+
+
+def test_the_way_to_a_node_ends_with_it_in_view(window):
+    """The editor's first redraw with a tree goes back to where it was last looked at."""
+    window("""
+def steps():
+    made = bpy.data.materials.new("Far")
+    if made.node_tree is None:
+        made.use_nodes = True
+    node = made.node_tree.nodes.new("ShaderNodeVolumeScatter")
+    node.location = 5000, -3000
+    bpy.data.objects["Cube"].data.materials.append(made)
+    editor = area("VIEW_3D")
+    editor.ui_type = "ShaderNodeTree"
+    region = next(r for r in editor.regions if r.type == "WINDOW")
+    yield 0.2
+    bpy.ops.pt_engine.show_node(owner="Far", node=node.name)
+
+    def in_view():
+        x, y = region.view2d.view_to_region(5050, -3050, clip=False)
+        return 0 < x < region.width and 0 < y < region.height
+
+    yield 0.3
+    yield in_view
+    yield 0.3
+    assert in_view()
+""")

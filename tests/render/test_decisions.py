@@ -9,7 +9,7 @@ import pytest
 from support import scenes as make
 from support.rooms import GLASS, ROUGH, SOFT_LAMP, room
 
-from pt_engine.render.decisions import DECIDES, TELLS, relative_error, wanted_samples
+from pt_engine.render.decisions import relative_error, wanted_samples
 from pt_engine.render.film_noise import drawn_half
 from pt_engine.render.forecast import Look, fitted_exponent
 from pt_engine.render.progressive import render
@@ -48,24 +48,28 @@ def test_decisions_do_not_depend_on_threads_or_tiles(name, sampler):
     assert other.stopped_by == alone.stopped_by
 
 
-def test_a_target_is_reached_and_no_sooner():
-    """The deciding half is below the target, and one pass earlier was not; the film is whole passes."""
-    result = rendered(samples=0, target_error=0.12, sampler="independent")
+def test_each_half_of_the_pixels_ends_where_the_other_says():
+    """The first is finished when the other is below the target, which then goes on to n (E/target)²."""
+    target = 0.12
+    result = rendered(samples=0, target_error=target, sampler="independent")
     assert result.stopped_by == "target"
-    counts = result.film.counts()
-    n = int(counts.max())
-    assert (counts == n).all()
-    assert relative_error(result.film, half=DECIDES) <= 0.12
-    assert relative_error(rendered(samples=max(16, n - 8), sampler="independent").film, half=DECIDES) > 0.12
-    assert result.error() == result.film.error(TELLS)
-    assert result.error() != result.film.error()
+    counts = result.film.counts().reshape(-1)
+    half = drawn_half(0, counts.size)
+    ends = [int(counts[half == k][0]) for k in (0, 1)]
+    np.testing.assert_array_equal(counts, np.take(ends, half))
+    first = int(np.argmin(ends))
+    then = rendered(samples=min(ends), sampler="independent").film
+    assert relative_error(then, half=1 - first) <= target
+    asked = min(ends) * (relative_error(then, half=first) / target) ** 2
+    assert max(ends) == max(min(ends), np.ceil(asked))
+    before = rendered(samples=max(16, min(ends) - 8), sampler="independent").film
+    assert min(relative_error(before, half=k) for k in (0, 1)) > target
 
 
 def test_noise_of_most_pixels_ends_the_render():
     result = rendered(samples=4096, target_error=0.25, target_percentile=80.0)
     assert result.stopped_by == "target"
-    assert relative_error(result.film, 80.0, DECIDES) <= 0.25
-    assert relative_error(result.film, 80.0) < 0.3  # the other half is much the same
+    assert relative_error(result.film, 80.0) < 0.3
 
 
 def test_samples_and_least_samples_hold():

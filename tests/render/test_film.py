@@ -262,7 +262,8 @@ def test_constant_image_has_no_error():
     film = filled(8, 8, np.full((3, 16, 64), 0.1, np.float32), None)
     assert film.error()["mse"] < 1e-14
     black = filled(8, 8, np.zeros((3, 16, 64), np.float32), None)
-    assert set(black.error().values()) == {0.0, (0.0, 0.0)}
+    assert black.error().pop("fireflies") == 1.0
+    assert set(black.error().values()) == {0.0, (0.0, 0.0), 1.0}
 
 
 def sobol_film(size, n, f, seed=2, **keys):

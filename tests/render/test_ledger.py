@@ -121,7 +121,7 @@ def test_a_generator_counts_only_while_it_runs():
     with runs(Clock("outer")) as kept_clock:
         for _ in numbers():
             spend(0.01)
-    seconds = {cell[0]: part for cell, part in kept_clock.seconds.items()}
+    seconds = {cell.stage: part for cell, part in kept_clock.seconds.items()}
     assert seconds["inner"] == pytest.approx(0.06, rel=0.2)
     assert seconds["outer"] == pytest.approx(0.03, rel=0.2)
 
@@ -133,7 +133,7 @@ def spend(seconds):
         pass
 
 
-def test_keeping_it_costs_less_than_three_per_cent(monkeypatch):
+def test_keeping_it_costs_less_than_one_per_cent(monkeypatch):
     """Calls of a wavefront × what one costs, against the wavefront: a direct comparison drowns in noise."""
 
     @stage("probe")
@@ -160,7 +160,7 @@ def test_keeping_it_costs_less_than_three_per_cent(monkeypatch):
     monkeypatch.setattr(Clock, "enter", counted)
     books, result, _ = kept(room(make.diffuse(0.5), SOFT_LAMP), size=256, samples=4)
     assert result.progress.samples == 4
-    assert calls * each < 0.03 * sum(stage["seconds"] for stage in books["stages"].values())
+    assert calls * each < 0.01 * sum(stage["seconds"] for stage in books["stages"].values())
 
 
 def test_lines_for_the_panel(books_of_a_room):

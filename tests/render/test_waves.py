@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from support import scenes as make
@@ -26,7 +28,7 @@ def _waves():
     rays = Rays(numbers, -numbers, numbers[0].copy(), RayKind.CAMERA)
     sampler = Independent()
     lanes = LaneSampler(sampler, sampler.state(np.arange(N), np.zeros(N, np.int64)))
-    return Waves(scene, rays, lanes, LANES), lanes
+    return Waves(scene, rays, lanes, SimpleNamespace(lanes=LANES, clamp=None)), lanes
 
 
 def test_paths_keep_rays_and_numbers_when_waves_are_joined(waves):

@@ -18,7 +18,7 @@ from pt_engine.core import free_memory
 from pt_engine.render import memory as image_memory
 from pt_engine.render.settings import RenderSettings
 from pt_engine.scene import instancing
-from pt_engine.scene.memory import TooLarge, fitted, need
+from pt_engine.scene.memory import TooLarge, need, sharing_that_fits
 from pt_engine.scene.prepare import prepare
 
 ROOT = Path(__file__).parents[2]
@@ -65,9 +65,9 @@ def test_each_way_to_place_takes_less_than_the_one_before(crowd):
 def test_instances_are_nested_only_where_they_do_not_fit(crowd):
     snapshot, sharing = crowd
     enough = need(snapshot, sharing(), NO_ONE).peak
-    assert not fitted(snapshot, sharing(), NO_ONE, None).nested.any()
-    assert not fitted(snapshot, sharing(), NO_ONE, enough).nested.any()
-    assert fitted(snapshot, sharing(), NO_ONE, enough - 1).nested.all()
+    assert not sharing_that_fits(snapshot, sharing(), NO_ONE, None).nested.any()
+    assert not sharing_that_fits(snapshot, sharing(), NO_ONE, enough).nested.any()
+    assert sharing_that_fits(snapshot, sharing(), NO_ONE, enough - 1).nested.all()
     scene = prepare(snapshot, memory=enough // 2)
     assert type(scene.accel).__name__ == "Nested"
 
@@ -87,17 +87,19 @@ def test_an_image_that_does_not_fit_is_refused_and_a_window_of_it_is_not():
         image_memory.check_film(large, 8 << 30)
     image_memory.check_film(replace(large, border=(8000, 8000, 8010, 8010)), 100 << 20)
     image_memory.check_film(large, None)
+    one, three = (image_memory.least(large, films) for films in (1, 3))  # with two light groups
+    assert three - one == 2 * image_memory.FILM * large.width * large.height
 
 
 def test_a_wavefront_is_made_smaller_before_anything_is_refused():
     """It is halved until the whole fits, but not below 4,096 lanes; the image does not shrink."""
     settings = RenderSettings(512, 512, threads=4)
     all_ = image_memory.image_bytes(settings)
-    assert image_memory.fitted(settings, all_) == settings
-    less = image_memory.fitted(settings, all_ // 2)
+    assert image_memory.wavefront_that_fits(settings, all_) == settings
+    less = image_memory.wavefront_that_fits(settings, all_ // 2)
     assert less == replace(settings, lanes=less.lanes)
     assert image_memory.image_bytes(less) <= all_ // 2
-    assert image_memory.fitted(settings, 0).lanes == 1 << 12
+    assert image_memory.wavefront_that_fits(settings, 0).lanes == 1 << 12
 
 
 def test_free_memory_is_what_the_system_and_the_container_leave(tmp_path):

@@ -135,6 +135,8 @@ def test_some_instances_have_every_field():
         snapshot().instances,
         attributes={"object:a": np.arange(16, dtype=np.float32).reshape(4, 4)},
         terminator=np.linspace(0, 1, 4, dtype=np.float32),
+        shading_offset=np.linspace(0, 1, 4, dtype=np.float32),
+        light_group=np.arange(4, dtype=np.int32),
     )
     some = some_instances(every, np.array([2, 0]))
     for field in fields(every):

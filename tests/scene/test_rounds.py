@@ -11,6 +11,7 @@ from support.strands import cloud, nearest, rays_at, snapshot, strand, tuft
 from pt_engine.scene.accel import FAR, MISS
 from pt_engine.scene.features import ON
 from pt_engine.scene.prepare import prepare
+from pt_engine.scene.round_accel import RoundAccel
 from pt_engine.scene.snapshot import Graph, Link, Node
 from pt_engine.scene.wave import Rays
 
@@ -253,3 +254,17 @@ def test_points_without_a_place_or_a_radius_are_not_there():
     shot = shoot(scene, o, d)
     hit = np.isin(np.arange(N), shot.lanes)
     np.testing.assert_array_equal(hit, np.hypot(x, o[:, 2] + 0.5) < 0.1)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("radius", [1e-5, 1e-7])
+def test_rays_from_afar_pass_thin_hulls_in_a_few_steps(shape, radius, monkeypatch):
+    """From 100 away a ray is known to 1e-5: it must not go from one side of a prism to the next for ever."""
+    scene = prepare(snapshot([strand([(-1, 0, 0), (1, 0.5, 0)], radius, shape)]))
+    rng, steps = np.random.default_rng(3), []
+    tried = RoundAccel._tried
+    monkeypatch.setattr(RoundAccel, "_tried", lambda *args: steps.append(1) or tried(*args))
+    way = rng.uniform(-1, 1, N)
+    o = np.stack([way, (way + 1) / 4 + rng.uniform(-3e-5, 3e-5, N), np.full(N, 100.0)], axis=1)
+    shoot(scene, o, np.tile([0.0, 0.0, -1.0], (N, 1)))
+    assert 0 < len(steps) <= 40

@@ -64,9 +64,11 @@ def test_all_that_there_is():
 
 
 def test_a_mesh_that_changes_shape():
-    """Flat and smooth, its normals following, both moving as well."""
+    """Flat and smooth, its normals following, both moving as well; two share the smooth one (`alone`)."""
     ball, cube = make.sphere(0.8, 8), make.box(1.0)
-    snapshot = stage((ball, PATH[1], GREY), (cube, make.translation(2, 0, 1), make.diffuse(0.9)))
+    beside = (cube, make.translation(2, 0, 1), make.diffuse(0.9))
+    snapshot = stage((ball, PATH[1], GREY), beside, (ball, make.translation(-2, 0, 1), GREY))
+    snapshot.instances.mesh[2] = 0
     squeezed = ball.vertices * np.float32([1, 1, 0.3])
     steep = ball.normals * np.float32([0.3, 0.3, 1])
     shapes = {

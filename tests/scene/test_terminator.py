@@ -60,14 +60,34 @@ def test_height_over_a_sphere():
     corners = scene.layer("position", "").corners(si.prim, si.instance)
     planes = np.stack([1 - (x * si.p).sum(axis=0) for x in corners])
     h = np.maximum(planes.min(axis=0), (1 - (si.p**2).sum(axis=0)) / 2)
-    np.testing.assert_allclose(height(scene, si, si.ng), si.p * h, atol=2e-6)
+    np.testing.assert_allclose(height(scene, si, si.ng, None), si.p * h, atol=2e-6)
     assert h.max() > 0.05
+
+
+@pytest.mark.parametrize("share", [1.0, 0.75, 0.25, 0.0])
+def test_the_lift_fades_in_from_the_cutoff_on(share):
+    """A ray at ng·ω = (1 − share) c, n·ω > c: 2 − (ng·ω + c)/c = share of the height, and the bound."""
+    cutoff = 0.2
+    scene = prepare(ball(cutoff=cutoff))
+    si, _ = seen(scene)
+    si.ns = (si.p / np.sqrt((si.p**2).sum(axis=0))).astype(np.float32)
+    along = np.cross(np.cross(si.ng, si.ns, axis=0), si.ng, axis=0)  # down the triangle, where n leans
+    some = np.flatnonzero(np.linalg.norm(along, axis=0) > 0.3)
+    si, along = si.take(some), along[:, some] / np.linalg.norm(along[:, some], axis=0)
+    cosine = (1 - share) * cutoff
+    wo = (cosine * si.ng + np.sqrt(1 - cosine**2) * along).astype(np.float32)
+    o = si.p.copy()
+    scene.terminator.lift(scene, si, wo, o, np.full(si.size, 1e30, np.float32))
+    lifted = np.linalg.norm(o - si.p - si.bound * si.ng * (share > 0), axis=0)
+    expected = share * np.linalg.norm(height(scene, si, si.ng), axis=0)
+    assert expected.max() > 0.01 or share == 0
+    np.testing.assert_allclose(lifted, expected, atol=3e-6)
 
 
 def test_nothing_moves_on_flat_meshes_nor_without_an_offset():
     for snapshot in (ball(smooth=False), ball(cutoff=0.0), replace_none(ball()), ball(cutoff=float("nan"))):
         scene = prepare(snapshot)
-        assert Terminator.of(snapshot) is None
+        assert Terminator.of(snapshot, np.zeros(1, np.bool_)) is None
         assert scene.terminator is None
         assert ("position", "") not in scene.layers
         assert scene.features["curved shadow terminators"].startswith("off")
@@ -148,12 +168,14 @@ def replace_triangles(mesh, keep):
 
 
 def test_a_moving_ball_is_lifted_where_it_is():
-    """A slice is the scene that stands still at its time, bit for bit."""
+    """A slice is the scene that stands still at its time, bit for bit; two share the mesh, as `alone` has it."""
     path = [make.translation(-0.3, 0, 0), make.translation(0.3, 0, 0.1) @ np.diag([1, 0.8, 1.2, 1.0])]
     floor = make.quad(8.0), make.translation(0, 0, -1.4), WHITE
     top = make.quad(0.1), make.translation(0, 0, 4), WHITE  # the scene's box is the same at all times
-    stage = make.scene([(make.sphere(1.0, 3), UP, WHITE), floor, top], CAMERA, [SUN])
-    snapshot = moving(with_cutoff(stage, 0.1, 0.0, 0.0), {0: path})
+    ball, other = make.sphere(1.0, 3), make.translation(0, 3, 0)
+    stage = make.scene([(ball, UP, WHITE), floor, top, (ball, other, WHITE)], CAMERA, [SUN])
+    stage.instances.mesh[3] = 0
+    snapshot = moving(with_cutoff(stage, 0.1, 0.0, 0.0, 0.0), {0: path})
     slice_ = prepare(snapshot).slices.at(0.3)
     slice_.slices = None
     settings = RenderSettings(24, 24, samples=2, threads=1, max_depth=3)

@@ -8,7 +8,7 @@ from support import scenes as make
 from support.hits import column, lanes_of, placed, rotation, shoot
 
 from pt_engine.scene.prepare import prepare
-from pt_engine.scene.transforms import Transforms
+from pt_engine.scene.transforms import Transforms, inverse_transposed
 
 SHEAR = np.array([[1, 0.7, 0], [0, 1, -0.4], [0, 0, 1]])
 LINEAR = {
@@ -129,3 +129,12 @@ def test_flattened_objects_may_be_turned():
 
 def test_no_instances():
     Transforms(np.zeros((0, 4, 4)), np.zeros(3))
+
+
+@pytest.mark.parametrize("size", [1e-200, 1e-100, 1e100, 1e200, 1e307])
+def test_normals_of_objects_far_beyond_float32_overflow_nowhere(size):
+    """Cofactors of a sheared and of a flattened matrix: second powers of what has no third power."""
+    sheared = np.array([[1.0, 0.5, 0], [0, 1, 0], [0, 0, 1]])
+    flat = np.diag([1.0, 1.0, 0.0])
+    np.testing.assert_allclose(inverse_transposed(size * sheared) * size, np.linalg.inv(sheared).T)
+    np.testing.assert_allclose(np.abs(inverse_transposed(size * flat)), np.diag([0, 0, 1.0]))

@@ -27,7 +27,7 @@ import numpy as np
 
 ROOT = Path(__file__).parents[2]
 SECONDS = 60  # for one file
-WANTED = {b"SC", b"OB", b"ME", b"MA", b"CA", b"LA", b"WO", b"NT", b"DATA", b"GR", b"IM"}
+WANTED = {b"SC", b"OB", b"ME", b"MA", b"CA", b"LA", b"WO", b"NT", b"DATA", b"GR", b"IM", b"AC", b"CV"}
 HARD = [0, 1, -1, 2**31 - 1, -(2**31), 65535, 0x7F800000, 0x7FC00000, 0x3F800000, 0x00000001, 0x60AD78EC]
 STAGES = {
     "open": "Blender",
@@ -39,8 +39,9 @@ STAGES = {
 
 
 def sound(path: Path) -> None:
-    """Write a small file with textures, modifiers, instances, lamps and a node group."""
+    """Write a small file with textures, modifiers, instances, lamps, strands, links, and things that move."""
     import bpy
+    from support.bpy_motion import animate
     from support.engine_scene import engine_scene
 
     scene = engine_scene(samples=1)
@@ -66,6 +67,15 @@ def sound(path: Path) -> None:
         scene.collection.objects.link(placed)
     lamp = bpy.data.lights.new("Area", "AREA")
     scene.collection.objects.link(bpy.data.objects.new("Area", lamp))
+    strands = bpy.data.hair_curves.new("Tuft")
+    strands.add_curves([3, 4])
+    strands.attributes["position"].data.foreach_set("vector", np.linspace(0, 1, 21, dtype=np.float32))
+    scene.collection.objects.link(bpy.data.objects.new("Tuft", strands))
+    scene.objects["Lamp"].light_linking.receiver_collection = group
+    cube.is_shadow_catcher = True
+    scene.render.use_motion_blur = True
+    animate(scene.objects["Tuft"], "location", [(0, 0, 1), (1, 0, 1), (1, 1, 1)])
+    animate(cube, "rotation_euler", [(0, 0, 0), (0, 0, 1), (0, 1, 1)])
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=False)
 
 
@@ -146,7 +156,9 @@ def outcome(path: Path, number: int) -> str:
     depsgraph.update()
     try:
         say("export", number)
-        snapshot = export_scene(depsgraph)
+        snapshot = export_scene(
+            depsgraph, frame_set=lambda frame, part: scene.frame_set(frame, subframe=part)
+        )
         settings = settings_of(scene, 4, 4)
         say("prepare", number)
         prepared = prepare(snapshot, memory=1 << 30)

@@ -43,15 +43,8 @@ Pair = tuple[np.ndarray, np.ndarray]
 def by_cycles(samples: int, size: tuple[int, int], folder: Path, **more: Any) -> Pair:
     """RGBA images of seeds 0 and 1, top row first; `more` are settings of Cycles."""
     scene = bpy.context.scene
-    scene.render.engine = "CYCLES"
-    for name, value in (OVERRIDES | more).items():
-        if hasattr(scene.cycles, name):
-            setattr(scene.cycles, name, value)
-    scene.cycles.samples = samples
+    choose_cycles(samples, size, **more)
     settings = scene.render
-    settings.resolution_x, settings.resolution_y = size
-    settings.resolution_percentage = 100
-    settings.use_compositing = settings.use_sequencer = False
     form = settings.image_settings
     if hasattr(form, "media_type"):
         form.media_type = "IMAGE"
@@ -63,6 +56,20 @@ def by_cycles(samples: int, size: tuple[int, int], folder: Path, **more: Any) ->
         bpy.ops.render.render(write_still=True)
         images.append(read_exr(settings.filepath))
     return images[0], images[1]
+
+
+def choose_cycles(samples: int, size: tuple[int, int], **more: Any) -> None:
+    """Set the scene to be rendered by Cycles, which is to take no short cuts."""
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    for name, value in (OVERRIDES | more).items():
+        if hasattr(scene.cycles, name):
+            setattr(scene.cycles, name, value)
+    scene.cycles.samples = samples
+    settings = scene.render
+    settings.resolution_x, settings.resolution_y = size
+    settings.resolution_percentage = 100
+    settings.use_compositing = settings.use_sequencer = False
 
 
 def by_engine(samples: int, size: tuple[int, int], **more: Any) -> Pair:

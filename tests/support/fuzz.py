@@ -18,14 +18,27 @@ import zipfile
 import numpy as np
 from support import rooms
 from support import scenes as make
+from support.motion import moving
+from support.strands import among, cloud, strand, tuft
 
 from pt_engine.render import integrators  # noqa: F401
 from pt_engine.render.progressive import render
 from pt_engine.render.settings import RenderSettings
 from pt_engine.scene.prepare import prepare
-from pt_engine.scene.snapshot import Graph, ImageData, LightData, Link, Node
+from pt_engine.scene.snapshot import (
+    Graph,
+    ImageData,
+    LightData,
+    Link,
+    Linking,
+    Node,
+    Snapshot,
+    Stereo,
+    Visibility,
+)
 from pt_engine.scene.snapshot_io import SnapshotError, load_snapshot, save_snapshot
 
+NUMPYS = ("operands", "cannot reshape", "setting an array", "could not convert")
 CLEAR = (SnapshotError, ValueError, MemoryError)
 HARD = [0.0, -0.0, -1.0, 1e-30, 1e30, 3e38, float("nan"), float("inf"), -float("inf"), 5.0, 2.0**31, 1e-7]
 STRANGE = ["", "x", "GGX", "SUN", "PANO", "\0", "é" * 40, "-1"]
@@ -35,12 +48,60 @@ IMAGE = {"image": 0, "extension": "REPEAT", "interpolation": "Linear", "projecti
 
 def whole() -> bytes:
     """A sound snapshot: a room with a ball of many nodes, and lamps."""
+    return packed(still())
+
+
+def packed(snapshot: Snapshot) -> bytes:
+    """A snapshot's file."""
+    stream = io.BytesIO()
+    save_snapshot(snapshot, stream)
+    return stream.getvalue()
+
+
+def still() -> Snapshot:
+    """The room."""
     lamps = [rooms.SOFT_LAMP, make_lamp("POINT", radius=0.1), make_lamp("SPOT"), make_lamp("SUN", angle=0.1)]
     image = ImageData("dots", pixels=np.random.default_rng(0).random((4, 8, 4), np.float32))
     snapshot = rooms.room(plastic(), sky=make.world(0.3))
-    stream = io.BytesIO()
-    save_snapshot(dataclasses.replace(snapshot, lights=tuple(lamps), images=(image,)), stream)
-    return stream.getvalue()
+    return dataclasses.replace(snapshot, lights=tuple(lamps), images=(image,))
+
+
+def eventful() -> bytes:
+    """The room with all that moves, bends, hides or is seen twice: more fields of the format."""
+    base = still()
+    hair = tuft(3, 4, 0.05, "RIBBON"), strand([(0, 0, 1), (1, 0, 1), (1, 1, 2)], shape="LINEAR")
+    snapshot = among(base, hair, [cloud([(0, 0, 2), (0.5, 0, 2)], 0.1)])
+    count = len(snapshot.instances.mesh)
+    visibility = snapshot.instances.visibility.copy()
+    visibility[-4:-1] = 63 | Visibility.CATCHER, 63 & ~Visibility.SHADOW, 63 | Visibility.HOLDOUT
+    terminator = np.full(count, 0.1, np.float32)
+    instances = dataclasses.replace(snapshot.instances, visibility=visibility, terminator=terminator)
+    sets = np.arange(count, dtype=np.int32) % 2
+    links = Linking(np.eye(2, dtype=np.uint8), np.ones((2, 2), np.uint8), sets, sets, sets)
+    polynomial = (0.0, 0.8, 0.01, 0.0, 0.0)
+    eye = dataclasses.replace(
+        base.camera,
+        kind="PANO",
+        panorama="FISHEYE_LENS_POLYNOMIAL",
+        frame=(-1.0, 1.0, -1.0, 1.0),
+        fisheye_polynomial=polynomial,
+        stereo=Stereo(0.03, 2.0, 1.0, 1.5),
+    )
+    later = dataclasses.replace(eye, matrix=make.translation(0.1, 0, 0) @ eye.matrix)
+    path = np.stack([make.translation(0, 0, z) @ instances.matrix[2] for z in (0.0, 0.3, 0.4)])
+    ball = base.meshes[2]
+    shapes = ball.vertices, ball.vertices * np.float32(1.2)
+    return packed(
+        moving(
+            dataclasses.replace(
+                snapshot, instances=instances, linking=links, camera=eye, clear_glass=0.1, world_visibility=47
+            ),
+            instances={2: path},
+            meshes={2: (np.stack(shapes), np.stack([ball.normals] * 2))},
+            cameras=(eye, later),
+            shutter=(0.0, 1.0, 1.0, 0.5),
+        )
+    )
 
 
 def plastic() -> Graph:
@@ -170,7 +231,7 @@ def outcome(content: bytes) -> str:
         result = render(prepare(snapshot), RenderSettings(4, 4, samples=1, threads=1, max_depth=3))
         return "rendered" if np.isfinite(result.image()).all() else "a picture that is not finite"
     except CLEAR as error:
-        clear = str(error) and not str(error).startswith(("operands", "cannot reshape", "setting an array"))
+        clear = str(error) and not str(error).startswith(NUMPYS)
         return f"told: {type(error).__name__}: {str(error)[:60]}" if clear else where(error)
     except Exception as error:
         return where(error)
@@ -195,8 +256,8 @@ def main() -> None:
     count, seed = int(sys.argv[1]), int(sys.argv[2])
     warnings.simplefilter("ignore")  # overflow is what is asked for
     signal.signal(signal.SIGALRM, timed_out)
-    mutate, rng = Mutator(whole()), np.random.default_rng(seed)
-    found = collections.Counter(outcome(mutate(rng)) for _ in range(count))
+    mutators, rng = [Mutator(whole()), Mutator(eventful())], np.random.default_rng(seed)
+    found = collections.Counter(outcome(mutators[k % 2](rng)) for k in range(count))
     print(json.dumps(found))
 
 

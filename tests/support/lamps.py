@@ -127,7 +127,7 @@ def meet_triangles(emitters, o, d):
 def density(scene, emitters, o, d):
     """Density per solid angle with which `scene.sample` draws d, of all its emitters together."""
     pdf = scene.environment_pdf(d).astype(np.float64)
-    for lanes, _, part in scene.intersect(o, d, np.full(d.shape[1], np.inf, np.float32)):
+    for lanes, _, part, _ in scene.intersect(o, d, np.full(d.shape[1], np.inf, np.float32)):
         pdf[lanes] += part
     if emitters is not None:
         for lanes, number, t, cos in meet_triangles(emitters, o, d):

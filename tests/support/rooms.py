@@ -11,13 +11,18 @@ from . import scenes as make
 UP = np.eye(4)
 
 
-def room(material: Graph, lamp: LightData | None = None, sky: Graph | None = None) -> Snapshot:
-    """A box of grey walls open to the front, something of `material` inside, and a lamp under the ceiling."""
+def room(
+    material: Graph, lamp: LightData | None = None, sky: Graph | None = None, more: list = ()
+) -> Snapshot:
+    """A box of grey walls open to the front, something of `material` inside, and a lamp under the ceiling.
+
+    `more` are further objects, as `scenes.scene` takes them.
+    """
     floor = (make.quad(4.0), UP, make.diffuse(0.6, "floor"))
     back = (make.quad(4.0), make.translation(0, 2, 2) @ rotation_x(np.pi / 2), make.diffuse(0.4, "wall"))
     ball = (make.sphere(0.6, 24), make.translation(0.2, 0.3, 0.7), material)
     glow = (make.quad(0.8), make.translation(-0.6, 0.2, 2.4), make.emission((6.0, 5.0, 4.0), "glow"))
-    objects = [floor, back, ball] + ([] if lamp else [glow])
+    objects = [floor, back, ball, *more] + ([] if lamp else [glow])
     return make.scene(objects, make.perspective((0, -5, 1.6), (0, 0, 0.9), 0.35), [lamp] if lamp else [], sky)
 
 

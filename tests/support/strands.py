@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from support import scenes as make
 
 from pt_engine.scene.round_hits import meet
-from pt_engine.scene.snapshot import CurvesData, Instances, PointsData
+from pt_engine.scene.snapshot import CurvesData, PointsData
+from pt_engine.selftest.scenes import among
 
+__all__ = ["among", "cloud", "nearest", "rays_at", "snapshot", "strand", "tuft"]
 FAR_AWAY = (make.quad(1e-3), make.translation(0, 0, -50), make.diffuse(0.5))
 
 
@@ -45,24 +45,6 @@ def snapshot(curves=(), points=(), matrices=None, material=None, camera=None, wo
     return among(
         make.scene([FAR_AWAY[:2] + (material or FAR_AWAY[2],)], camera, sky=world), curves, points, matrices
     )
-
-
-def among(base, curves=(), points=(), matrices=None):
-    """Curves and points of the first object's material, ahead of all that a scene has."""
-    rows, count, others = base.instances, len(curves) + len(points), len(base.meshes)
-    own = np.stack([np.eye(4)] * count) if matrices is None else np.asarray(matrices, np.float64)
-    every = count + len(rows.mesh)
-    instances = Instances(
-        mesh=np.concatenate([np.arange(others, others + count, dtype=np.int32), rows.mesh]),
-        matrix=np.concatenate([own, rows.matrix]),
-        materials=np.concatenate([np.repeat(rows.materials[:1], count, axis=0), rows.materials]),
-        random=np.zeros(every, np.float32),
-        color=np.ones((every, 4), np.float32),
-        pass_index=np.zeros(every, np.int32),
-        visibility=np.concatenate([np.full(count, 63, np.uint8), rows.visibility]),
-        names=(*(f"round {k}" for k in range(count)), *rows.names),
-    )
-    return replace(base, instances=instances, curves=tuple(curves), points=tuple(points))
 
 
 def nearest(scene, o, d):

@@ -58,6 +58,7 @@ def parser() -> argparse.ArgumentParser:
     replay.add_argument(
         "--sample", type=whole(0), required=True, metavar="N", help="the sample's number, from 0"
     )
+    replay.add_argument("--view", metavar="NAME", help="of a multi-view render (default: its first)")
     add_inspections(commands)
     add_accuracy(commands)
 

@@ -49,18 +49,23 @@ def replay_command(arguments) -> None:
     """Print one path, as the render with the same options walked it."""
     registration.register()
     scene = open_scene(arguments)
-    observer = Replaying(*arguments.pixel, arguments.sample)
+    observer = Replaying(*arguments.pixel, arguments.sample, arguments.view)
     run_engine(scene, choose_view_layer(scene, arguments.view_layer), observer)
+    if not observer.lines:
+        raise Failure(f"no view {arguments.view!r} is rendered in {arguments.file}")
     print("\n".join(observer.lines))
 
 
 class Replaying(Observer):
     """Takes the prepared scene and walks one path in it in place of the render."""
 
-    def __init__(self, x: int, y: int, sample: int) -> None:
-        self.x, self.y, self.sample = x, y, sample
+    def __init__(self, x: int, y: int, sample: int, view: str | None) -> None:
+        self.x, self.y, self.sample, self.view = x, y, sample, view
         self.lines: list[str] = []
         self.failure = ""
+
+    def wants(self, view: str) -> bool:
+        return self.view in (None, view)
 
     def takes_over(self, scene, settings, snapshot) -> bool:
         try:

@@ -9,13 +9,14 @@ mesh counts.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ...scene.snapshot import Instances, Visibility
 from .curves import curve_shape, export_curves, export_strands, hair_systems
+from .light_groups import LightGroups
 from .lights import export_light
 from .linking import Links
 from .meshes import export_mesh
@@ -46,6 +47,8 @@ class Look(NamedTuple):
     name: str
     sets: tuple[int, int, int]
     terminator: float
+    shading_offset: float
+    light_group: int
 
 
 @dataclass
@@ -66,7 +69,7 @@ class Collector:
 
     def __post_init__(self):
         self.view_layer = self.depsgraph.view_layer_eval
-        self.links = Links(self.depsgraph)
+        self.links, self.groups = Links(self.depsgraph), LightGroups(self.view_layer)
         self._slots: dict = {}
         self._mesh_number: dict = {}
         self.viewport = self.depsgraph.mode == "VIEWPORT"
@@ -155,6 +158,8 @@ class Collector:
             owner.name,
             self.links.sets(owner, instance.parent),
             owner.shadow_terminator_geometry_offset,
+            0.0 if hair or owner.type == "CURVES" else owner.shadow_terminator_shading_offset,
+            self.groups.number(instance),
         )
 
     def geometry(self, instance, owner, data: int, hair: bool) -> int:
@@ -187,7 +192,7 @@ class Collector:
         group = self.links.sets(instance.object, instance.parent)[2]
         light = export_light(instance, visibility, group, self.images, self.unsupported)
         if light is not None:
-            self.lights.append(light)
+            self.lights.append(replace(light, light_group=self.groups.number(instance)))
 
     def visibility(self, instance, owner) -> int:
         """Bits of `Visibility`; an instance is seen only where its instancer is seen as well."""
@@ -235,6 +240,8 @@ class Collector:
             names=names,
             attributes=attributes,
             terminator=np.array([look.terminator for look in looks], np.float32),
+            shading_offset=np.array([look.shading_offset for look in looks], np.float32),
+            light_group=np.array([look.light_group for look in looks], np.int32),
         )
 
 

@@ -21,8 +21,9 @@ from ...scene.snapshot import (
     MeshData,
     MeshMotion,
     Motion,
-    Visibility,
+    RoundMotion,
 )
+from .bending import Bend, by_velocity, has_velocity, velocity
 from .camera import export_camera
 from .meshes import read, shading_normals
 from .shutter import Shutter, deforms, steps_of
@@ -45,6 +46,7 @@ class Shape:
     corners: tuple[int, ...]
     middle: MeshData
     steps: int
+    velocity: np.ndarray | None = None
     vertices: dict = field(default_factory=dict)
     normals: dict = field(default_factory=dict)
     problem: str = ""
@@ -61,16 +63,16 @@ class MotionReader:
         Which of the depsgraph's instances are those of the snapshot.
     instances : Instances
     meshes : sequence of MeshData
+    rounds : sequence of CurvesData, then of PointsData
     """
 
-    def __init__(self, depsgraph, shutter: Shutter, rows, instances: Instances, meshes) -> None:
+    def __init__(self, depsgraph, shutter: Shutter, rows, instances: Instances, meshes, rounds) -> None:
         self.depsgraph, self.shutter = depsgraph, shutter
-        self.instances, self.meshes = instances, meshes
+        self.instances, self.meshes, self.rounds = instances, meshes, rounds
         self.movers: dict[tuple, Mover] = {}
         self.shapes: dict[int, Shape] = {}
-        self.strands: dict[
-            tuple, tuple[str, bytes]
-        ] = {}  # objects with strands, and their shape in the middle
+        self.bends: dict[int, Bend] = {}
+        self.strands: dict[tuple, int] = {}  # by which object to look at each of the bends
         self.matrices: dict[tuple, dict[int, np.ndarray]] = {}
         self.unsupported: list[tuple[str, str, str]] = []
         exported: dict[int, tuple[int, ...]] = {}
@@ -95,8 +97,12 @@ class MotionReader:
                 self.shapes[mesh] = self.shape_of(owner, self.meshes[mesh], steps)
             else:
                 mesh = -1
-            if bends and int(self.instances.mesh[own[-1]]) >= len(self.meshes):
-                self.strands[identity(instance)] = (owner.name, keys_of(owner, self.depsgraph))
+            number = int(self.instances.mesh[own[-1]])
+            if bends and number >= len(self.meshes):
+                self.strands[identity(instance)] = number
+                middle = self.rounds[number - len(self.meshes)]
+                speed = None if owner.type == "MESH" else velocity(owner.data)
+                self.bends[number] = Bend(owner.name, middle, steps, speed)
             particle = instance.is_instance and instance.particle_system is not None
             self.movers[identity(instance)] = Mover(own, steps, mesh, particle)
 
@@ -105,7 +111,7 @@ class MotionReader:
         """A shape to be looked at, as it is in the middle."""
         data = owner.to_mesh()
         try:
-            shape = Shape(owner.name, corners_of(data), middle, steps)
+            shape = Shape(owner.name, corners_of(data), middle, steps, velocity(data))
         finally:
             owner.to_mesh_clear()
         if shape.corners[0] != len(middle.vertices):
@@ -136,10 +142,14 @@ class MotionReader:
         kept, moved = self.moved(finest)
         shapes = (self.deformed(number, shape, finest) for number, shape in self.shapes.items())
         meshes = tuple(shape for shape in shapes if shape is not None)
+        bent = (self.bent(number, bend, finest) for number, bend in self.bends.items())
+        rounds = tuple(bend for bend in bent if bend is not None)
         path = tuple(cameras[time] for time in sorted(cameras))
         path = path if any(not same(middle, other) for other in path) else ()
-        still = not (moved or meshes or path)
-        return None if still else Motion(self.shutter.openness, moved, meshes, path), kept
+        if not (moved or meshes or path or rounds):
+            return None, kept
+        exposure = self.shutter.row_exposure
+        return Motion(self.shutter.openness, moved, meshes, path, exposure, rounds), kept
 
     def look(self, time: int, finest: int) -> None:
         """Where everything is now, which is one of the times that are looked at."""
@@ -152,22 +162,17 @@ class MotionReader:
             mover = self.movers.get(key)
             if mover is None or not falls_on(time, finest, mover.steps):
                 continue
-            if key in self.strands:
-                self.look_at_strands(key, instance.object)
+            if key in self.strands and not self.bends[self.strands[key]].problem:
+                self.bends[self.strands[key]].look(instance.object, self.depsgraph, time)
             self.matrices.setdefault(key, {})[time] = matrix[row].astype(np.float64)
             if mover.mesh >= 0 and not self.shapes[mover.mesh].problem:
                 self.look_at_shape(self.shapes[mover.mesh], instance.object, time)
 
-    def look_at_strands(self, key: tuple, owner) -> None:
-        """Name an object whose strands or points are not as in the middle."""
-        name, middle = self.strands[key]
-        if keys_of(owner, self.depsgraph) != middle:
-            del self.strands[key]
-            self.unsupported.append((f"Object {name}", "motion blur", "sharp where strands or points change"))
-
     @staticmethod
     def look_at_shape(shape: Shape, owner, time: int) -> None:
-        """A mesh as it is now."""
+        """A mesh as it is now, which does not matter where an attribute says how it moves."""
+        if shape.velocity is not None:
+            return
         data = owner.to_mesh()
         try:
             if data is None or corners_of(data) != shape.corners:
@@ -209,18 +214,7 @@ class MotionReader:
             InstanceMotion(place[[row for row, _ in rows]], np.array([path for _, path in rows]))
             for rows in paths.values()
         )
-        self.note_catchers(row for rows in paths.values() for row, _ in rows)
         return kept, motions
-
-    def note_catchers(self, moving) -> None:
-        """Name the shadow catchers among the rows `moving`."""
-        for name in sorted({self.instances.names[row] for row in moving if self.catches(row)}):
-            effect = "what it would be without shadows stands in the middle of the shutter's time"
-            self.unsupported.append((f"Object {name}", "motion blur of a shadow catcher", effect))
-
-    def catches(self, row: int) -> bool:
-        """Whether an instance is a shadow catcher."""
-        return bool(int(self.instances.visibility[row]) & Visibility.CATCHER)
 
     def note_absent(self, row: int) -> None:
         """Say what becomes of an instance that is not there all the time."""
@@ -231,7 +225,13 @@ class MotionReader:
         """The shapes of a mesh; None where it has but one."""
         if shape.problem:
             self.unsupported.append((f"Object {shape.name}", "motion blur", shape.problem))
-        if shape.problem or not shape.vertices:
+        if shape.problem:
+            return None
+        if shape.velocity is not None and shape.velocity.any():
+            vertices = by_velocity(shape.middle.vertices, shape.velocity, self.shutter.seconds)
+            normals = shape.middle.normals
+            return MeshMotion(number, vertices, None if normals is None else np.array([normals] * 2))
+        if not shape.vertices:
             return None
         times = range(0, finest, (finest - 1) // (shape.steps - 1))
         middle = shape.middle
@@ -240,6 +240,12 @@ class MotionReader:
         if normals is not None:
             normals = np.array([shape.normals.get(time, middle.normals) for time in times])
         return MeshMotion(number, vertices, normals)
+
+    def bent(self, number: int, bend: Bend, finest: int) -> RoundMotion | None:
+        """The shapes of curves or points; None where they have but one."""
+        if bend.problem:
+            self.unsupported.append((f"Object {bend.name}", "motion blur", bend.problem))
+        return bend.motion(number, finest, self.shutter.seconds)
 
 
 def identity(instance) -> tuple:
@@ -255,16 +261,8 @@ def may_deform(owner) -> bool:
     data = owner.original.data
     keys = getattr(data, "shape_keys", None)
     animated = getattr(data, "animation_data", None) is not None
-    return bool(len(owner.modifiers) or keys or animated or owner.original.type != "MESH")
-
-
-def keys_of(owner, depsgraph) -> bytes:
-    """Of an object whose strands or points may change: the positions of what makes them."""
-    if owner.type != "MESH":
-        return read(owner.data.attributes["position"].data, "vector", np.float32, 3).tobytes()
-    systems = owner.original.evaluated_get(depsgraph).particle_systems
-    particles = [particle for system in systems for particle in system.particles]
-    return np.array([key.co for particle in particles for key in particle.hair_keys], np.float32).tobytes()
+    moving = keys or animated or has_velocity(data)
+    return bool(len(owner.modifiers) or moving or owner.original.type != "MESH")
 
 
 def corners_of(data) -> tuple[int, ...]:

@@ -16,7 +16,7 @@ from .motion import MotionReader
 from .properties import with_scene_values
 from .shutter import Shutter
 from .unsupported import scene_wide
-from .world import export_world, world_visibility
+from .world import export_world, world_of, world_visibility
 
 
 def export_scene(depsgraph, *, camera=None, size=None, frame_set=None) -> Snapshot:
@@ -58,7 +58,8 @@ def export_moment(depsgraph, camera, size, shutter: Shutter, frame: int) -> Snap
     linking = collector.linking
     motion, framed = None, export_camera(camera, scene.render, size=size, unsupported=unsupported)
     if shutter.on:
-        reader = MotionReader(depsgraph, shutter, collector.rows, instances, collector.meshes)
+        rounds = (*collector.curves, *collector.points)
+        reader = MotionReader(depsgraph, shutter, collector.rows, instances, collector.meshes, rounds)
         motion, kept = reader.read(camera, framed, scene.render, size)
         instances = some_instances(instances, kept)
         linking = None if linking is None else linking.of(kept)
@@ -82,6 +83,8 @@ def export_moment(depsgraph, camera, size, shutter: Shutter, frame: int) -> Snap
         points=tuple(collector.points),
         world_visibility=world_visibility(scene, view_layer),
         linking=linking,
+        light_groups=collector.groups.names,
+        world_light_group=collector.groups.of(world_of(scene, view_layer)),
         clear_glass=clear_glass(scene),
     )
 

@@ -13,6 +13,8 @@ import math
 import bpy
 import numpy as np
 
+from .bending import has_velocity
+
 CURVE_ROWS = 256
 MOVING_MODIFIERS = {
     "NODES", "CLOTH", "SOFT_BODY", "FLUID", "DYNAMIC_PAINT", "OCEAN", "WAVE", "BUILD", "EXPLODE",
@@ -36,6 +38,7 @@ class Shutter:
     def __init__(self, scene, frame_set) -> None:
         render = scene.render
         self.length = float(render.motion_blur_shutter)
+        self.seconds = self.length * render.fps_base / render.fps
         self.on = bool(frame_set and render.use_motion_blur and self.length > 0.0 and may_move(scene))
         self._frame_set = frame_set
         self._at = self._now = (scene.frame_current, scene.frame_subframe)
@@ -44,6 +47,7 @@ class Shutter:
             position = getattr(getattr(scene, "cycles", None), "motion_blur_position", "CENTER")
         self.middle = sum(self._now) + MIDDLE.get(position, 0.0) * self.length
         self.openness = curve(render) if self.on else None
+        self.row_exposure = row_exposure(scene)
 
     def __enter__(self) -> Shutter:
         try:
@@ -83,6 +87,14 @@ def curve(render):
     return np.array(values[:1] * 2 if len(set(values)) == 1 else values, np.float32)
 
 
+def row_exposure(scene) -> float:
+    """`Motion.row_exposure`: Cycles' Rolling Shutter Duration."""
+    cycles = getattr(scene, "cycles", None)
+    if getattr(cycles, "rolling_shutter_type", "NONE") == "NONE":
+        return 1.0
+    return min(max(float(cycles.rolling_shutter_duration), 0.0), 1.0)
+
+
 def may_move(scene) -> bool:
     """Whether the file has anything that changes with time."""
     handlers = bpy.app.handlers
@@ -96,7 +108,7 @@ def may_move(scene) -> bool:
         animations = [getattr(item, "animation_data", None) for item in (owner, owner.data)]
         if any(animation is not None and len(animation.drivers) for animation in animations):
             return True
-        if any(modifier.type in MOVING_MODIFIERS for modifier in owner.modifiers):
+        if any(modifier.type in MOVING_MODIFIERS for modifier in owner.modifiers) or has_velocity(owner.data):
             return True
     return False
 

@@ -5,25 +5,26 @@ from __future__ import annotations
 import bpy
 
 from ...scene.snapshot import UNLIMITED
+from .curves import hair_systems
 
 
 def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
     """Entries (where, what, effect) about the scene and its objects."""
     return [
-        *rolling_shutter(scene),
+        *caustics_off(scene),
         *shadow_caustics(depsgraph),
         *texture_settings(scene),
-        *light_groups(depsgraph),
         *world_bounces(depsgraph, scene),
         *(entry for owner in depsgraph.objects for entry in of_object(owner)),
     ]
 
 
-def rolling_shutter(scene):
-    """Listed where motion blur is on."""
-    kind = getattr(getattr(scene, "cycles", None), "rolling_shutter_type", "NONE")
-    if scene.render.use_motion_blur and kind != "NONE":
-        yield (f"Scene {scene.name}", "rolling shutter", "all rows of the image are exposed at once")
+def caustics_off(scene):
+    """Cycles' switches that leave light out; here all of it counts."""
+    cycles = getattr(scene, "cycles", None)
+    off = [kind for kind in ("reflective", "refractive") if not getattr(cycles, f"caustics_{kind}", True)]
+    if off:
+        yield (f"Scene {scene.name}", f"no {' and '.join(off)} caustics", "they are rendered all the same")
 
 
 def shadow_caustics(depsgraph):
@@ -45,15 +46,6 @@ def world_bounces(depsgraph, scene):
         yield (f"World {world.name}", "max bounces", "its light counts after any number of bounces")
 
 
-def light_groups(depsgraph):
-    """Passes of groups of lights, where the view layer has any that something is in."""
-    groups = {group.name for group in getattr(depsgraph.view_layer, "lightgroups", ())}
-    owners = [*depsgraph.objects, depsgraph.scene.world]
-    if groups & {getattr(owner, "lightgroup", "") for owner in owners if owner is not None}:
-        effect = "no passes of their own: all are in the image together"
-        yield (f"View layer {depsgraph.view_layer.name}", "light groups", effect)
-
-
 def texture_settings(scene):
     """What the file does to all image textures: another working space, smaller images, mip maps."""
     where, cycles = f"Scene {scene.name}", getattr(scene, "cycles", None)
@@ -69,7 +61,9 @@ def texture_settings(scene):
 
 
 def of_object(owner):
-    """Cosines bent at the shadow terminator."""
-    if owner.type == "MESH" and getattr(owner, "shadow_terminator_shading_offset", 0.0) > 0.0:
+    """Strands whose light is to fade before the shadow terminator."""
+    if owner.type != "CURVES" and not hair_systems(owner, viewport=False):
+        return
+    if owner.shadow_terminator_shading_offset > 0.0:
         where = f"Object {owner.name}"
-        yield (where, "shadow terminator shading offset", "light fades with its own cosine")
+        yield (where, "shadow terminator shading offset", "light on its strands fades with its own cosine")

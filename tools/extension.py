@@ -1,6 +1,6 @@
 """Make the extension's zip: the package, the manifest, and embreex for the Pythons that Blender has.
 
-    python scripts/build_extension.py [--platform linux-x64 … | all | here] [--python 3.11 …] [--out dist]
+    python tools/extension.py [--platform linux-x64 … | all | here] [--python 3.11 …] [--out dist]
 
 One zip for each platform: dist/pt_engine-VERSION-PLATFORM.zip. numpy and OpenImageIO are Blender's own.
 """

@@ -1,6 +1,6 @@
 """Makes `pt_engine/bsdfs/sheen.npz`: the sheen layer's lobe and albedo, measured in Cycles.
 
-    python scripts/measure_sheen.py            (a Python that has the bpy module)
+    python tools/measure_sheen.py            (a Python that has the bpy module)
 
 Cycles' microfiber sheen (Zeltner, Burley and Chiang 2022) is a cosine lobe bent by a matrix, times an albedo:
 

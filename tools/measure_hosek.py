@@ -1,6 +1,6 @@
 """Makes pt_engine/textures/hosek.npz: Hosek's and Wilkie's sky, measured in Blender's pictures of it.
 
-    python scripts/measure_hosek.py [folder for the result]
+    python tools/measure_hosek.py [folder for the result]
 
 needs the bpy wheel and scipy, and some minutes. What is fitted is the formula of pt_engine/textures/hosek.py:
 

@@ -1,0 +1,64 @@
+"""Settings of a file that are not observed are named, each by what it is called, and nothing else is."""
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+from support.bpy_scenes import add, cube, empty_scene, export  # noqa: E402
+
+
+@pytest.fixture(autouse=True)
+def scene():
+    made = empty_scene()
+    add(cube(), "Box")
+    lamp = bpy.data.lights.new("Lamp", "POINT")
+    add(lamp, "Lamp")
+    made.world = bpy.data.worlds.new("World")
+    return made
+
+
+def named():
+    bpy.context.view_layer.update()
+    return {what for _, what, _ in export().unsupported}
+
+
+def caustics_off(scene):
+    scene.cycles.caustics_reflective = scene.cycles.caustics_refractive = False
+
+
+def shadow_caustics(scene):
+    bpy.data.objects["Box"].cycles.is_caustics_caster = True
+    bpy.data.objects["Box"].cycles.is_caustics_receiver = True
+
+
+def world_bounces(scene):
+    scene.world.cycles.max_bounces = 2
+
+
+def fading_strands(scene):
+    curves = bpy.data.hair_curves.new("Tuft")
+    curves.add_curves([3])
+    add(curves, "Tuft").shadow_terminator_shading_offset = 0.5
+
+
+CASES = {
+    "no reflective and refractive caustics": caustics_off,
+    "shadow caustics": shadow_caustics,
+    "max bounces": world_bounces,
+    "shadow terminator shading offset": fading_strands,
+}
+
+
+@pytest.mark.parametrize("what", CASES)
+def test_what_is_not_observed_is_named(scene, what):
+    CASES[what](scene)
+    assert named() == {what}
+
+
+def test_what_is_observed_is_not(scene):
+    box = bpy.data.objects["Box"]
+    box.shadow_terminator_shading_offset, box.shadow_terminator_geometry_offset = 0.5, 0.2
+    box.lightgroup = scene.world.lightgroup = "group"
+    bpy.context.view_layer.lightgroups.add(name="group")
+    bpy.data.lights["Lamp"].cycles.max_bounces = 1
+    scene.render.use_motion_blur, scene.cycles.rolling_shutter_type = True, "TOP"
+    assert named() == set()
