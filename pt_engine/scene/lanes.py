@@ -133,7 +133,7 @@ class Lanes:
     @cached_property
     def material(self) -> Int32:
         """(n,) index into `Snapshot.materials`."""
-        return self.scene.geometry.surface_material.take(self.si.surface)
+        return self.scene.geometry.surface_material.take(self.si.surface, mode="clip")
 
     @cached_property
     def ns(self) -> Float32:

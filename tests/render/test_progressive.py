@@ -25,7 +25,7 @@ def scene():
 
 
 def settings(**more) -> RenderSettings:
-    defaults = {"samples": 16, "threads": 1, "lanes": 64, "sampler": "independent"}
+    defaults = {"samples": 16, "threads": 1, "lanes": 16, "sampler": "independent"}
     return RenderSettings(16, 16, **{**defaults, **more})
 
 
@@ -175,7 +175,7 @@ def test_stopped_at_any_of_200_moments_a_render_is_sound():
         left = iter(range(int(polls)))
         result = render(
             scene(),
-            settings(threads=int(threads), lanes=256),
+            settings(threads=int(threads), lanes=256, integrator="direct_mis"),
             should_stop=lambda left=left: next(left, None) is None,
         )
         cancelled += result.cancelled

@@ -8,7 +8,6 @@ from support import scenes as make
 from support.hits import lanes_of, random_directions, shoot
 from support.strands import cloud, nearest, rays_at, snapshot, strand, tuft
 
-from pt_engine.render.path_state import leave
 from pt_engine.scene import nearer
 from pt_engine.scene.accel import FAR, MISS
 from pt_engine.scene.features import ON
@@ -118,7 +117,8 @@ def test_rays_that_leave_a_strand_neither_meet_it_again_nor_slip_through_others(
     rays = Rays(o, d, np.full(FEW, FAR, np.float32))
     found = scene.intersect(rays)
     si = scene.surface(rays, found, np.flatnonzero(found.hits.prim != MISS))
-    onward = leave(si, np.ascontiguousarray(random_directions(si.size, 3).T, np.float32))
+    wo = np.ascontiguousarray(random_directions(si.size, 3).T, np.float32)
+    onward = Rays(si.start(wo), wo, np.full(si.size, FAR, np.float32))
     hits, expected = scene.accel.intersect(*onward), nearest(scene, onward.o, onward.d)
     assert np.count_nonzero((hits.prim != MISS) != np.isfinite(expected)) <= 0.002 * si.size
     rounds = scene.geometry.rounds
