@@ -44,7 +44,7 @@ from .own import OwnObjects, looking_at_themselves
 from .placing import build, may_share
 from .reach import reach_of
 from .round_accel import through_hulls
-from .round_lanes import strand_layer
+from .round_lanes import across_layer, strand_layer
 from .rounds import rounds_among, rounds_of
 from .scene import Scene
 from .sighted import standing_out
@@ -123,8 +123,9 @@ def prepare(
     lights = make_lights(triangles=triangles)
     geometry.release()
     layers = shading_layers(snapshot, geometry, needs)
-    if geometry.rounds is not None and "strand" in materials.needs:
-        layers["strand", ""] = strand_layer(snapshot, geometry, hulls.samples)
+    for name, layer_of in (("strand", strand_layer), ("strand normal", across_layer)):
+        if geometry.rounds is not None and name in materials.needs:
+            layers[name, ""] = layer_of(snapshot, geometry, hulls.samples)
     if "rest" in materials.needs:
         layers |= rest_layers(rest, geometry)
     queries = through_hulls(accel, geometry)

@@ -193,7 +193,7 @@ class Scene:
         asks = asks or self.has_catchers  # rays that see them alone are of kinds
         asks = asks or self.lights.restrictions is not None or self.reach.linking is not None
         self.tracks_history = self.transparent_surfaces or asks
-        self._looks_around = "traced" in needs
+        self._looks_around = bool(needs & {"traced", "random numbers"})
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
@@ -298,7 +298,7 @@ class Scene:
         angles = None if self.light_angles is None else self.light_angles.take(lanes.si.instance)
         return SliceBSDF(closures, lanes, self.clear_glass, angles)
 
-    def _count_vertices(self, counting: clock.Clock, batch: int, surfaces: NDArray[np.int32]) -> None:
+    def _count_vertices(self, counting: clock.Clock, batch: int, surfaces: NDArray[np.integer]) -> None:
         """The vertices of each material; those of a batch of one material need not be looked at."""
         used = self.used_materials[self.materials.batch_of[self.used_materials] == batch]
         if len(used) == 1:

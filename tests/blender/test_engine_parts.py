@@ -21,7 +21,7 @@ from pt_engine.blender.picture import Picture
 from pt_engine.blender.properties import integrator_number
 from pt_engine.blender.refusal import Refusal
 from pt_engine.blender.settings import settings_of
-from pt_engine.blender.words import count, coverage_lines, duration, estimated_error, shortened
+from pt_engine.blender.words import count, coverage_lines, doubts, duration, estimated_error, shortened
 from pt_engine.nodes.coverage import Coverage
 from pt_engine.render.integrator import INTEGRATORS
 
@@ -226,6 +226,8 @@ def test_words():
         "10.00% relative RMS"
     )
     assert estimated_error({"relmse": None}) == ""
+    assert doubts({"fireflies": 1.05}) == doubts({"fireflies": None}) == doubts(None) == []
+    assert doubts({"fireflies": 3.76})[0].endswith("uncertain by 3.8 ×")
 
 
 @pytest.mark.parametrize("part", [light_group_panels, motion_panels], ids=["light groups", "motion blur"])
