@@ -79,7 +79,7 @@ def test_the_lift_fades_in_from_the_cutoff_on(share):
     o = si.p.copy()
     scene.terminator.lift(scene, si, wo, o, np.full(si.size, 1e30, np.float32))
     lifted = np.linalg.norm(o - si.p - si.bound * si.ng * (share > 0), axis=0)
-    expected = share * np.linalg.norm(height(scene, si, si.ng), axis=0)
+    expected = share * np.linalg.norm(height(scene, si, si.ng, None), axis=0)
     assert expected.max() > 0.01 or share == 0
     np.testing.assert_allclose(lifted, expected, atol=3e-6)
 
