@@ -27,7 +27,7 @@ EUMELANIN: Final = np.array([0.506, 0.841, 1.653], np.float32)[:, np.newaxis]
 PHEOMELANIN: Final = np.array([0.343, 0.733, 1.924], np.float32)[:, np.newaxis]
 
 IN_CYCLES: Final = "on meshes Cycles drops light of some lamps, as if the normal were bumped; here not"
-LONG_INSIDE: Final = "; as Cycles' sampler has it, which toward lamps lacks light that stays inside for long"
+LONG_INSIDE: Final = "; toward lamps Cycles lacks light that stays inside for long, here it is as under a sky"
 
 
 # ------------------------------------------------------------------ where the hair lies
