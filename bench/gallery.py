@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import base64
 import json
+import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -34,15 +34,17 @@ SEEDS = 3
 HEADER = """# Gallery
 
 Made by `python -m bench gallery`; not edited by hand. One core. Seconds are of that core; peers' are of so
-many samples, without loading and building.
+many samples, without loading and building. It goes on where it was stopped.
 """
 
 
 def gallery(folder: Path, names: tuple[str, ...], seconds: float, peers: bool, target: Path) -> str:
-    """Measure, draw into `target`/gallery/, and give the page's text.
+    """Measure what is missing, draw into `target`/gallery/, and give the page's text.
 
     Parameters
     ----------
+    folder : Path
+        For the scenes and for what was measured, which is not measured again for the same `seconds`.
     seconds : float
         Of a core, for each run; the references take six times as much.
     """
@@ -53,19 +55,48 @@ def gallery(folder: Path, names: tuple[str, ...], seconds: float, peers: bool, t
     parts = [HEADER + "\n" + machine_text(machine.description())]
     ladders, curves = [], []
     for name, blend in blends.items():
-        print(name, file=sys.stderr, flush=True)
-        scene = prepare(load_snapshot(blend.with_suffix(".snapshot")))
-        settings = settings_of(name)
-        reference = made(scene, settings, 0.0, 6 * seconds)
-        lines = convergence(scene, settings, reference, seconds)
-        if peers:
-            lines |= of_peers(blend, reference.picture, folder)
-        save(pictures / f"{name}-time.svg", figures.curves(f"{name} over time", lines, "seconds"))
-        save(pictures / f"{name}-samples.svg", figures.curves(f"{name} over samples", lines, "samples"))
-        curves.append(curve_text(name, reference, lines))
-        if name in LADDER_SCENES:
-            ladders.append(ladder_text(name, scene, settings, reference, seconds / 2, pictures))
+        found = measured(name, blend, seconds, peers)
+        svg = figures.curves(f"{name} over time", found["lines"], "seconds")
+        (pictures / f"{name}.svg").write_text(svg, encoding="utf-8")
+        curves.append(curve_text(name, found))
+        if found["ladder"]:
+            for file in picture_files(name):
+                shutil.copy(folder / "gallery" / file, pictures / file)
+            ladders.append(ladder_text(name, found))
     return "\n\n".join([*parts, *ladders, *curves]) + "\n"
+
+
+def measured(name: str, blend: Path, seconds: float, peers: bool) -> dict[str, Any]:
+    """A scene's curves and rungs: measured now, or as they were."""
+    folder = blend.parent / "gallery"
+    folder.mkdir(exist_ok=True)
+    path = folder / f"{name}, {seconds:g} s{'' if peers else ', alone'}.json"
+    if path.exists():
+        known: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        return known
+    print(name, file=sys.stderr, flush=True)
+    scene, settings = prepare(load_snapshot(blend.with_suffix(".snapshot"))), settings_of(name)
+    reference = made(scene, settings, 0.0, 6 * seconds)
+    lines = convergence(scene, settings, reference, seconds)
+    if peers:
+        lines |= of_peers(blend, reference.picture, folder, seconds)
+    rungs = []
+    if name in LADDER_SCENES:
+        rungs = ladder(name, scene, settings, reference, seconds / 2, folder)
+    found = {
+        "seconds": seconds,
+        "origin": reference.origin,
+        "error": reference.error,
+        "lines": lines,
+        "ladder": rungs,
+    }
+    path.write_text(json.dumps(found, indent=1), encoding="utf-8")
+    return found
+
+
+def picture_files(name: str) -> list[str]:
+    """Of a scene's ladder, the reference last."""
+    return [f"{name}-{rung}.jpg" for rung in (*LADDER, "reference")]
 
 
 def settings_of(name: str) -> RenderSettings:
@@ -94,7 +125,9 @@ def convergence(
     return lines
 
 
-def of_peers(blend: Path, reference: Picture, folder: Path) -> dict[str, list[dict[str, float]]]:
+def of_peers(
+    blend: Path, reference: Picture, folder: Path, seconds: float
+) -> dict[str, list[dict[str, float]]]:
     """The peers' curves, without bands: each point is a render of its own."""
     known = folder / f"{blend.stem}-reference.npz"
     variance = reference.variance if reference.variance is not None else np.zeros_like(reference.mean)
@@ -102,15 +135,15 @@ def of_peers(blend: Path, reference: Picture, folder: Path) -> dict[str, list[di
     lines = {}
     for label, peer in (("Cycles", "cycles"), ("Mitsuba", "mitsuba")):
         if peer == "cycles" or blend.stem in MODELS:
-            output, _ = machine.run(["bench.gallery_peers", peer, str(blend), str(known)])
+            output, _ = machine.run(["bench.gallery_peers", peer, str(blend), str(known), f"{seconds:g}"])
             points = json.loads(output.splitlines()[-1])
             lines[label] = [{**p, "low": float("nan"), "high": float("nan")} for p in points]
     return lines
 
 
-def curve_text(name: str, reference: Reference, lines: dict[str, list[dict[str, float]]]) -> str:
+def curve_text(name: str, found: dict[str, Any]) -> str:
     """A scene's figures, and what each needs for the same error."""
-    shown = SHOWN[name]
+    shown, lines = SHOWN[name], found["lines"]
     common = max(points[-1]["mse"] for points in lines.values())
     rows = []
     for label, points in lines.items():
@@ -118,20 +151,11 @@ def curve_text(name: str, reference: Reference, lines: dict[str, list[dict[str, 
         last = points[-1]
         energy = f"{100 * last['energy']:+.1f} %" if "energy" in last else ""
         rows.append([label, f"{last['samples']:.0f}", f"{last['mse']:.2e}", f"{seconds:.2f}", energy])
+    heads = ["renderer", "samples at most", "MSE then", f"seconds to MSE {common:.2e}", "energy against ours"]
     return (
         f"## {shown.title}\n\n{shown.width}×{shown.height}, {shown.max_depth} edges. "
-        f"Reference: {reference.origin}, its own error {100 * (reference.error or 0):.2f} % relative RMS.\n\n"
-        f"![error over time](gallery/{name}-time.svg) ![error over samples](gallery/{name}-samples.svg)\n\n"
-        + table(
-            [
-                "renderer",
-                "samples at most",
-                "MSE then",
-                f"seconds to MSE {common:.2e}",
-                "energy against ours",
-            ],
-            rows,
-        )
+        f"Reference: {found['origin']}, its own error {100 * (found['error'] or 0):.2f} % relative RMS.\n\n"
+        f"![error over time](gallery/{name}.svg)\n\n" + table(heads, rows)
     )
 
 
@@ -142,45 +166,36 @@ def time_to(error: float, points: list[dict[str, float]]) -> float:
     return float(np.exp(np.interp(-np.log(error), -y, x)))
 
 
-def ladder_text(
-    name: str,
-    scene: Scene,
-    settings: RenderSettings,
-    reference: Reference,
-    seconds: float,
-    pictures: Path,
-) -> str:
-    """The lecture's integrators on one scene, each for the same time."""
-    shown = SHOWN[name]
-    cells, rows = [], []
-    for rung in LADDER:
+def ladder(
+    name: str, scene: Scene, settings: RenderSettings, reference: Reference, seconds: float, folder: Path
+) -> list[list[str]]:
+    """The lecture's integrators on one scene, each for the same time: pictures, and a row of each."""
+    rows = []
+    *files, of_reference = picture_files(name)
+    for rung, file in zip(LADDER, files, strict=True):
         contender = Contender(rung, replace(settings, integrator=rung), scene)
         runs = measure(contender, reference.picture, seconds, 1)
-        path = pictures / f"{name}-{rung}.png"
-        save(path, figures.picture(runs.mean.mean[::-1]))
-        cells.append(f"![{rung}](gallery/{path.name})")
+        (folder / file).write_bytes(figures.jpeg(runs.mean.mean[::-1]))
         found = bias(runs.mean, reference.picture)
         error = mse(runs.mean.mean, reference.picture) ** 0.5 / reference.picture.mean.mean()
         told = verdict(scene, contender.settings, settings.max_depth, found) or "no bias beyond noise"
         rows.append([f"`{rung}`", f"{runs.points[0][-1].samples:.0f}", f"{100 * error:.1f} %", told])
-    save(pictures / f"{name}-reference.png", figures.picture(reference.picture.mean[::-1]))
-    heads = [f"`{rung}`" for rung in LADDER[:3]], [f"`{rung}`" for rung in LADDER[3:]]
+    (folder / of_reference).write_bytes(figures.jpeg(reference.picture.mean[::-1]))
+    return rows
+
+
+def ladder_text(name: str, found: dict[str, Any]) -> str:
+    """The rungs side by side."""
+    cells = [f"![{file}](gallery/{file})" for file in picture_files(name)]
+    heads = [*(f"`{rung}`" for rung in LADDER), "reference"]
     return (
-        f"## The ladder at equal time: {shown.title}\n\n{seconds:g} core seconds each.\n\n"
-        + table(heads[0], [cells[:3]])
+        f"## The ladder at equal time: {SHOWN[name].title}\n\n{found['seconds'] / 2:g} core seconds each.\n\n"
+        + table(heads[:4], [cells[:4]])
         + "\n\n"
-        + table(heads[1], [cells[3:]])
+        + table(heads[4:], [cells[4:]])
         + "\n\n"
-        + table(["integrator", "samples", "RMS error over the mean", "what it sees"], rows)
+        + table(["integrator", "samples", "RMS error over the mean", "what it sees"], found["ladder"])
     )
-
-
-def save(path: Path, content: str) -> None:
-    """An SVG's text, or the PNG in a data URL."""
-    if content.startswith("data:"):
-        path.write_bytes(base64.b64decode(content.partition(",")[2]))
-    else:
-        path.write_text(content, encoding="utf-8")
 
 
 def written(arguments: Any) -> None:

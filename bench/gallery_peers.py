@@ -1,4 +1,4 @@
-"""A peer's error against time on a scene of the gallery: `python -m bench.gallery_peers PEER FILE REFERENCE`.
+"""A peer's error against time: `python -m bench.gallery_peers PEER FILE REFERENCE SECONDS`.
 
 REFERENCE is an .npz of `mean` and `variance`, top row first. One JSON line: for each number of samples the
 mean squared error and the core seconds of so many samples, from the difference of a long and a short
@@ -24,12 +24,16 @@ from .gallery_scenes import SHOWN
 from .peers import CYCLES_PLAIN, mitsuba_dict
 from .shapes import MODELS, Frame
 
-SECONDS = 4.0  # of the longest render
 LONGEST = 1024  # samples
 
 
-def measured(render: Callable[[int, int], np.ndarray], reference: Picture) -> list[dict[str, float]]:
-    """Points of a `render(samples, seed)`, which gives (height, width, 3) with the top row first."""
+def measured(
+    render: Callable[[int, int], np.ndarray], reference: Picture, limit: float
+) -> list[dict[str, float]]:
+    """Points of a `render(samples, seed)`, which gives (height, width, 3) with the top row first.
+
+    The longest takes about `limit` core seconds.
+    """
     points: list[tuple[int, float, float, float]] = []
     mean = float(reference.mean.mean())
     samples = 1
@@ -39,7 +43,7 @@ def measured(render: Callable[[int, int], np.ndarray], reference: Picture) -> li
         seconds = time.process_time() - started
         energy = float(image.mean(dtype=np.float64)) / mean - 1
         points.append((samples, seconds, mse(image.astype(np.float64), reference), energy))
-        if seconds - points[0][1] > SECONDS / 2:  # without what every render costs
+        if seconds - points[0][1] > limit / 2:  # without what every render costs
             break
         samples *= 2
     (few, short, *_), (many, long, *_) = points[0], points[-1]
@@ -47,7 +51,7 @@ def measured(render: Callable[[int, int], np.ndarray], reference: Picture) -> li
     return [{"samples": n, "seconds": n * each, "mse": error, "energy": e} for n, _, error, e in points]
 
 
-def mitsuba_points(blend: Path, reference: Picture) -> list[dict[str, float]]:
+def mitsuba_points(blend: Path, reference: Picture, limit: float) -> list[dict[str, float]]:
     """Mitsuba's scalar_rgb on this process's core."""
     import mitsuba
 
@@ -55,10 +59,14 @@ def mitsuba_points(blend: Path, reference: Picture) -> list[dict[str, float]]:
     shown = SHOWN[blend.stem]
     frame = Frame(shown.width, shown.height, shown.max_depth)
     scene = mitsuba.load_dict(mitsuba_dict(MODELS[blend.stem](), frame))
-    return measured(lambda n, seed: np.array(mitsuba.render(scene, spp=n, seed=seed))[..., :3], reference)
+
+    def render(samples: int, seed: int) -> np.ndarray:
+        return np.array(mitsuba.render(scene, spp=samples, seed=seed))[..., :3]
+
+    return measured(render, reference, limit)
 
 
-def cycles_points(blend: Path, reference: Picture) -> list[dict[str, float]]:
+def cycles_points(blend: Path, reference: Picture, limit: float) -> list[dict[str, float]]:
     """Cycles, one thread, nothing but path tracing."""
     import bpy
 
@@ -84,15 +92,15 @@ def cycles_points(blend: Path, reference: Picture) -> list[dict[str, float]]:
             bpy.data.images["Render Result"].save_render(str(path), scene=scene)
             return picture_of(path).mean
 
-        return measured(render, reference)
+        return measured(render, reference, limit)
 
 
-def main(peer: str, blend: Path, reference: Path) -> None:
+def main(peer: str, blend: Path, reference: Path, limit: float) -> None:
     """Print the points."""
     arrays: Any = np.load(reference)
     known = Picture(arrays["mean"], arrays["variance"])
-    print(json.dumps({"cycles": cycles_points, "mitsuba": mitsuba_points}[peer](blend, known)))
+    print(json.dumps({"cycles": cycles_points, "mitsuba": mitsuba_points}[peer](blend, known, limit)))
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3]))
+    main(sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3]), float(sys.argv[4]))

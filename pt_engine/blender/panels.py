@@ -151,16 +151,6 @@ def is_active(scene, prop: str) -> bool:
     return True
 
 
-class PTENGINE_RENDER_PT_shutter_curve(RenderPanel, bpy.types.Panel):
-    bl_label = "Shutter Curve"
-    bl_parent_id = "PTENGINE_RENDER_PT_motion_blur"
-    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012
-
-    def draw(self, context):
-        self.layout.active = context.scene.render.use_motion_blur
-        self.layout.template_curve_mapping(context.scene.render, "motion_blur_shutter_curve")
-
-
 class PTENGINE_RENDER_PT_integrator_files(RenderPanel, bpy.types.Panel):
     bl_label = "Integrators of Your Own"
     bl_parent_id = "PTENGINE_RENDER_PT_sampling"
@@ -209,7 +199,6 @@ def statistics_lines(stats) -> list[str]:
 PROPERTY_CLASSES = tuple(property_panel(*row) for row in PROPERTY_PANELS)
 CLASSES = (
     *PROPERTY_CLASSES,
-    PTENGINE_RENDER_PT_shutter_curve,
     PTENGINE_RENDER_PT_integrator_files,
     PTENGINE_RENDER_PT_statistics,
 )

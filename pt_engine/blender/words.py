@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 
+from ..render.film_error import WORTH_TELLING
+
 LISTED = 5  # lines in a message
 NAMED = 3  # materials in a line
 
@@ -125,5 +127,13 @@ def error_lines(stats) -> list[str]:
     error = estimated_error(stats["error"])
     return [
         "Error " + error if error else "Too few samples to know the error",
+        *doubts(stats["error"]),
         f"{stats['samples']} samples: {STOPPED[stats['stopped_by']]}",
     ]
+
+
+def doubts(error: dict) -> list[str]:
+    """Why the error itself is uncertain, from stats' `error`."""
+    factor = (error or {}).get("fireflies") or 1.0
+    told = f"Fireflies: rare bright samples make it uncertain by {factor:.1f} ×"
+    return [told] if factor > WORTH_TELLING else []

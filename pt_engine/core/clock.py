@@ -4,10 +4,10 @@ A stage's time leaves out that of the stages that it calls, so all stages add up
 It is CPU time where the system measures that finely, so that neither other programs nor threads that wait
 for each other are counted. Without a clock on the thread a stage costs one look-up, once a wavefront.
 
-With one it costs some microseconds (caches that forget, not the clock's own instructions), a hundred times a
-wavefront: 2 to 5 % of a render. So a clock may look into a part of the units of work alone, which are spread evenly over
-the render by the golden ratio: no period of tiles or passes keeps step with it. Rays and vertices are
-counted in all of them.
+With one it costs some microseconds (caches that forget, not the clock's own instructions), a hundred times
+a wavefront: 2 to 5 % of a render. So a clock may look into a part of the units of work alone, which are
+spread evenly over the render by the golden ratio: no period of tiles or passes keeps step with it. Rays and
+vertices are counted in all of them.
 """
 
 from __future__ import annotations

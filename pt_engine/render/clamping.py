@@ -3,8 +3,8 @@
     contribution · min(1, 3 limit / Σ|channels|)        direct light: one bounce at most; indirect: more
 
 Each contribution to a path's radiance is clamped by itself, with its throughput and what the way to the light
-lets through. Bright samples (fireflies) lose energy, always in the same direction: no number of samples brings
-it back.
+lets through. Bright samples (fireflies) lose energy, always in the same direction: no number of samples
+brings it back.
 """
 
 from __future__ import annotations
@@ -30,7 +30,9 @@ class Clamp(NamedTuple):
         limit = np.where(bounces > 1, np.float32(3 * self.indirect), np.float32(3 * self.direct))
         total = np.abs(radiance).sum(axis=0)
         over = total > limit  # an infinite limit has no quotient
-        scaled: Float32 = radiance * np.where(over, limit, 1) / np.where(over, total, 1)
+        one = np.float32(1)
+        scaled: Float32 = radiance * np.where(over, limit, one)
+        scaled /= np.where(over, total, one)
         return scaled
 
 

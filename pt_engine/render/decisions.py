@@ -2,7 +2,8 @@
 
 The target error: pixels are dealt to two random halves, and each is finished when the *other* is good enough.
 Pixels are independent, so a half that was lucky has only stopped the other: neither the image nor what its
-samples tell of its error knows of the luck. Where one half is finished, the other goes on to as many samples
+samples tell of its error knows of the luck. (Not even the image's mean, to which errors are relative, may
+tell one half of the other.) Where one half is finished, the other goes on to as many samples
 as the finished one says: n (E/target)², with E its error at n samples.
 
 Adaptive sampling: the samples that minimise relMSE for their sum are in proportion to √(w σ²), a pixel's
@@ -36,7 +37,7 @@ def relative_error(film: Film, percentile: float = 0.0, half: int | None = None)
     `half` as in `Film.error`. None below two samples.
     """
     if percentile:
-        errors = relative_variance(film).reshape(-1)
+        errors = relative_variance(film, half).reshape(-1)
         errors = errors[np.isfinite(errors) & ((half is None) | (drawn_half(0, errors.size) == half))]
         return float(np.sqrt(np.percentile(errors, percentile))) if errors.size else None
     relmse = film.error(half)["relmse"]
@@ -75,7 +76,7 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
 
 def drawn(pixels: NDArray[np.int32]) -> NDArray[np.uint32]:
     """Which random half each of some pixels is of."""
-    return drawn_half(0, int(pixels.max(initial=-1)) + 1)[pixels]
+    return drawn_half(0, int(np.max(pixels, initial=-1)) + 1)[pixels]
 
 
 def samples_for_target(film: Film, settings: RenderSettings, done: int, witness: int) -> int:

@@ -43,6 +43,7 @@ Float64 = NDArray[np.float64]
 ErrorEstimate = dict[str, float | tuple[float, float] | None]
 Z95 = 1.959964
 FLOOR = 0.01  # of the squared mean, in relMSE
+WORTH_TELLING = 1.5  # of `fireflies`
 NAMES = ("mse", "relmse", "rmse")
 
 
@@ -88,7 +89,7 @@ def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
             weight = weights(level, floor)
             tally.add((known.variance * weight).mean(axis=0), known.spread * weight.mean(axis=0), known.parts)
     if not absolute.pixels:
-        return {key: None for name in NAMES for key in (name, f"{name}_ci95")} | {"fireflies": None}
+        return dict.fromkeys([key for name in NAMES for key in (name, f"{name}_ci95")] + ["fireflies"])
     mse, mse_ci95 = _with_interval(*absolute.result())
     (first, first_width), (second, second_width) = relative.result(), by_median.result()
     doubt = float(np.log(max(first, second) / min(first, second))) if first > 0 else 0.0

@@ -55,12 +55,12 @@ def moments_by_band(film: Film, half: int | None = None) -> Iterator[Moments]:
         yield moments.of(inside)
 
 
-def relative_variance(film: Film) -> Float64:
+def relative_variance(film: Film, half: int | None = None) -> Float64:
     """Mean over channels of v / (R² + 0.01 m²) of each pixel: (height, width), NaN below two samples.
 
-    Between what the two levels say.
+    Between what the two levels say; m is the mean of all pixels, or of one random half of them.
     """
-    floor = FLOOR * film.mean() ** 2
+    floor = FLOOR * film.mean(half) ** 2
     result = np.empty((film.height, film.width))
     for (y0, y1), moments in zip(bands(film), moments_by_band(film), strict=True):
         variance = np.moveaxis(pixel_variance(film, y0, y1), -1, 0).reshape(3, -1)

@@ -3,7 +3,9 @@
     relMSE(n) = c n⁻ᵃ        a = 1 for independent samples, somewhat more for Sobol points
 
 The exponent starts as what is known of the sampler and learns from the error now and at a quarter of the
-samples; the time goes on at the pace of the last half. Both, and the error's own interval, make the interval.
+samples. Sobol points are looked at where their number is a power of two: between these the error falls now
+fast, now not at all. The time goes on at the pace of the last half. Both, and the error's own interval, make
+the interval.
 """
 
 from __future__ import annotations
@@ -21,12 +23,13 @@ if TYPE_CHECKING:
     from .progressive import Progress
 
 FIRST_LOOK = 4  # samples
-GROWTH = 1.25  # of samples between looks
+GROWTH = 1.25  # of samples between looks, where they are independent
 SHARE, FIRST_SHARE = 0.02, 0.1  # of the render's time that looking at the film may take, and its first look
 ALLOWANCE = 0.02  # seconds beyond
 PIXEL_COST = 1e-6  # seconds of the first look for each pixel, before that is known
 EARLY = 0.1  # of a render: what was foretold there is kept
-EXPONENT = {False: (1.0, 0.02), True: (1.15, 0.12)}  # mean and spread; correlated samples or not
+EXPONENT = {False: (1.0, 0.02), True: (1.1, 0.08)}  # mean and spread; correlated samples or not
+UNEVEN = {False: 0.0, True: 0.2}  # spread of log relMSE about the line
 PACE_SPREAD = 0.04  # of the time for a sample
 ROUND = tuple(m * 10.0**e for e in range(1, -7, -1) for m in (5, 2, 1))
 
@@ -78,11 +81,12 @@ class Forecast:
         if samples < self._next or not self._affordable(progress):
             return
         started = time.thread_time()
-        self._next = samples * GROWTH
+        correlated = SAMPLERS[progress.settings.sampler].correlated
+        self._next = 2.0 ** np.floor(np.log2(samples) + 1) if correlated else samples * GROWTH
         error = progress.film.error()
         relmse, interval = error["relmse"], error["relmse_ci95"]
         if isinstance(relmse, float) and isinstance(interval, tuple) and relmse > 0:
-            spread = float(np.log(interval[1] / relmse)) / Z95
+            spread = float(np.hypot(np.log(interval[1] / relmse) / Z95, UNEVEN[correlated]))
             self.history.append(Look(samples, progress.elapsed, relmse, spread))
             self.latest = self._foretell(progress)
             if self.early is None and self._part(progress) >= EARLY:

@@ -2,8 +2,8 @@
 
 Each thread runs a `core.clock.Clock`; its books are closed when the render ends. Seconds are those of CPU
 cores, summed over threads. With what threads have waited (for work, for each other, for a core that another
-program had) they add up to threads × wall time. The stages are told apart in a quarter of the units, and stand
-for the others too, thread by thread; rays and vertices are counted in all.
+program had) they add up to threads × wall time. The stages are told apart in a quarter of the units, and
+stand for the others too, thread by thread; rays and vertices are counted in all.
 """
 
 from __future__ import annotations
@@ -144,7 +144,7 @@ class Ledger:
 
 
 def whole(seconds: Mapping[Cell, float]) -> dict[Cell, float]:
-    """The cells of a thread, the time of units that nobody looked into given to them as those that somebody did."""
+    """The cells of a thread, among which the time of units that nobody looked into is shared out."""
     timed = sum(part for cell, part in seconds.items() if cell.stage in OF_UNITS)
     untimed = sum(part for cell, part in seconds.items() if cell.stage == UNTIMED)
     more = 1.0 + untimed / timed if timed > 0 else 1.0

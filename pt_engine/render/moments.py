@@ -18,7 +18,11 @@ A rolling shutter makes each row a crowd: its times are its own (`Slices.at`), a
 has few pixels.
 
 Where little moves, a run is one sample and there are many crowds; where much moves, what is built for a slice
-has to serve more samples. Both numbers come from the scene and the image's full size alone.
+has to serve more samples: an even run the even samples of a block, an odd one the odd samples, so that the
+film's halves A and B never see the same moment. Both numbers come from the scene and the image's full size.
+
+Pixels of a crowd see the same moments, so what the moments leave of noise is alike in pixels that see the
+same thing move: the image's error has fewer independent parts than pixels there.
 """
 
 from __future__ import annotations
@@ -82,6 +86,8 @@ class Moments:
         A power of two; with a rolling shutter the number of rows.
     run : int
         Samples of a pixel that see the same moment; a power of two.
+    block : int
+        Samples from a multiple of it on that are best rendered together: two runs, if they are of several.
     """
 
     def __init__(
@@ -89,14 +95,16 @@ class Moments:
     ) -> None:
         pixels, triangles = settings.width * settings.height, slices.triangles
         self._rolls = slices.exposure < 1
-        self.crowds, self.run = (settings.height, LARGEST_PASS) if self._rolls else (1, 1)
+        self.crowds, self.run = (settings.height, LARGEST_PASS // 2) if self._rolls else (1, 1)
         most = 1 if self._rolls else MOST_CROWDS
         while self.crowds < most and 2 * self.crowds * max(FEWEST_LANES, CHEAP * triangles) <= pixels:
             self.crowds *= 2
         while self.run < LARGEST_PASS and pixels * self.run < triangles:
             self.run *= 2
+        self.block = 2 * self.run if self.run > 1 else 1
         self._slices, self._settings, self._sampler, self._seen = slices, settings, sampler, seen
-        self._kept: Kept[Moment, Scene] = Kept(min(self.crowds, MOST_CROWDS))
+        kept = max(min(self.crowds, MOST_CROWDS), min(2, self.block))
+        self._kept: Kept[Moment, Scene] = Kept(kept)
 
     def scene(self, moment: Moment) -> Scene:
         """The slice of a moment, built when first asked for."""
@@ -119,14 +127,17 @@ class Moments:
         """A unit cut into what sees one moment; those cut by `groups` and runs already are one part."""
         crowd = self._crowd(unit.pixels)
         present = np.unique(crowd)
-        end = unit.first + unit.spp
-        for run in range(unit.first // self.run, -(-end // self.run)):
-            first, last = max(unit.first, run * self.run), min(end, (run + 1) * self.run)
-            rows = slice(first - unit.first, last - unit.first)
+        samples = np.arange(unit.first, unit.first + unit.spp)
+        run_of = samples if self.run == 1 else 2 * (samples // self.block) + samples % 2
+        step = 1 if self.run == 1 else 2
+        for run in np.unique(run_of):
+            of_run = samples[run_of == run]
+            first, count = int(of_run[0]), len(of_run)
+            rows = slice(first - unit.first, int(of_run[-1]) - unit.first + 1, step)
             for k in present:
                 columns = slice(None) if len(present) == 1 else np.flatnonzero(crowd == k)
-                part = Unit(unit.pixels[columns], first, last - first)
-                yield Part(part, rows, columns, Moment(int(k), run))
+                part = Unit(unit.pixels[columns], first, count, step)
+                yield Part(part, rows, columns, Moment(int(k), int(run)))
 
     def _crowd(self, pixels: Pixels) -> UInt32:
         """(n,) crowd of pixels of the window, by their place in the full image."""

@@ -220,7 +220,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
             found.by_group.add(found.group, self.slot.take(lanes), light)
 
     def clamped(self, radiance: Float32, lanes: NDArray[np.intp] | slice, sampled: int = 0) -> Float32:
-        """What the clamp leaves of light that some paths have found, or, with `sampled` 1, that was sampled."""
+        """What the clamp leaves of light that some paths have found, or, with `sampled` 1, have sampled."""
         return self._clamp.applied(radiance, self.depth[lanes] + sampled) if self._clamp else radiance
 
     def scatter(self, si: Surface, to: Scattered) -> Rays:

@@ -176,7 +176,7 @@ def render(
         key=film_key(settings),
         order=order,
         reject_negative=positive,
-        correlated=SAMPLERS[settings.sampler].correlated,
+        correlated=SAMPLERS[settings.sampler].correlated or worker.run > 1,  # samples that share a moment
         halves=settings.half_buffers,
     )
     progress = Progress(film, settings, time.perf_counter())
@@ -231,7 +231,7 @@ def stopped_by(progress: Progress) -> str:
         return "samples"
     if out_of_time(progress):
         return "time"
-    if settings.target_error and progress.film.counts().max() != settings.samples:
+    if settings.target_error and int(np.max(progress.film.counts())) != settings.samples:
         return "target"
     return "noise" if settings.adaptive else "samples"
 

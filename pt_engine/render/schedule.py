@@ -19,11 +19,12 @@ Pixels = NDArray[np.int32]
 
 
 class Unit(NamedTuple):
-    """Pixels (their numbers in the window, row-major from the bottom) and a range of `spp` samples."""
+    """Pixels (their numbers in the window, row-major from the bottom) and `spp` samples, every `step`-th."""
 
     pixels: NDArray[np.int32]
     first: int
     spp: int
+    step: int = 1
 
 
 class Step(NamedTuple):

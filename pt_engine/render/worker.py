@@ -77,7 +77,7 @@ class Worker:
     @property
     def run(self) -> int:
         """Samples of a pixel, from a multiple of it on, that are best rendered together; 0 for any."""
-        return 0 if self.moments is None else self.moments.run
+        return 0 if self.moments is None else self.moments.block
 
     def groups(self, order: NDArray[np.int32]) -> list[NDArray[np.int32]]:
         """The pixels of `order` in groups that are best rendered one after the other."""
@@ -140,7 +140,7 @@ class Worker:
         """Random numbers by (pixel of the full image, sample)."""
         x, y = self._pixel_coordinates(unit)
         pixel = (y * self._settings.width + x).astype(np.uint32)
-        sample = np.arange(unit.first, unit.first + unit.spp, dtype=np.uint32)
+        sample = np.arange(unit.first, unit.first + unit.spp * unit.step, unit.step, dtype=np.uint32)
         state = self._sampler.state(np.tile(pixel, unit.spp), np.repeat(sample, len(pixel)))
         return LaneSampler(self._sampler, state)
 

@@ -1,4 +1,4 @@
-"""Who is compared: the lecture's ladder, samplers, roulette, depths, light selection, clamping, where they differ.
+"""Who is compared: the lecture's ladder, samplers, roulette, depths, lights, clamping, where they differ.
 
 Each is a change of the settings, or of how the prepared scene chooses its lights.
 """

@@ -68,7 +68,10 @@ def curves(name: str, lines: Mapping[str, Sequence[Mapping[str, float]]], along:
             if band:
                 x, low, high = ([p[key] for p in band] for key in (along, "low", "high"))
                 axes.fill_between(x, low, high, color=colour, alpha=0.13, linewidth=0)
+        errors = [p["mse"] for points in lines.values() for p in points if p["mse"] > 0]
         axes.set(xscale="log", yscale="log", xlabel=AXES[along], ylabel="mean squared error")
+        if errors:  # a band of few runs may span decades
+            axes.set_ylim(min(errors) / 3, 3 * max(errors))
         plain_ticks(axes.xaxis)
         axes.figure.legend(loc="outside lower center", ncols=2)
     return made.svg
@@ -123,8 +126,22 @@ def bars(name: str, rows: Sequence[tuple[str, float]], unit: str) -> str:
 
 def picture(image: Float64) -> str:
     """Linear radiance (height, width, 3), top row first, as an sRGB PNG in a data URL."""
+    return png(srgb(image))
+
+
+def jpeg(image: Float64, quality: int = 90) -> bytes:
+    """The same as a JPEG: noise makes PNGs large."""
+    imaging = optional("matplotlib.image", "matplotlib", PURPOSE)
+    stream = io.BytesIO()
+    how = {"format": "jpeg", "pil_kwargs": {"quality": quality}}
+    imaging.imsave(stream, np.ascontiguousarray(srgb(image)), **how)
+    return stream.getvalue()
+
+
+def srgb(image: Float64) -> Float64:
+    """Linear radiance as display values in [0, 1]."""
     c = np.clip(image, 0, 1)
-    return png(np.where(c <= 0.0031308, 12.92 * c, 1.055 * np.maximum(c, 0.0031308) ** (1 / 2.4) - 0.055))
+    return np.where(c <= 0.0031308, 12.92 * c, 1.055 * np.maximum(c, 0.0031308) ** (1 / 2.4) - 0.055)
 
 
 def heat(values: Float64, most: float) -> str:

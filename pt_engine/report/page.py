@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..render.film_error import WORTH_TELLING
 from . import figures
 from .errors import Picture
 from .optional import optional
@@ -70,6 +71,7 @@ def render_page(
         error=figures.heat(error.astype(np.float64), most) if error is not None else None,
         most=most,
         accuracy=accuracy(stats),
+        fireflies=fireflies(stats),
         curve=error_curve(stats),
         ledger=ledger(stats),
         coverage=[entry for entry in stats["coverage"] if entry["state"] != "exact"],
@@ -91,6 +93,12 @@ def accuracy(stats: Stats) -> dict[str, float] | None:
         "high": math.sqrt(high),
         "halving": 3 * stats["seconds"]["render"],
     }
+
+
+def fireflies(stats: Stats) -> float | None:
+    """The factor that they make the error uncertain by, where that is worth telling."""
+    factor: float = (stats["error"] or {}).get("fireflies") or 1.0
+    return factor if factor > WORTH_TELLING else None
 
 
 def error_curve(stats: Stats) -> str:
@@ -133,7 +141,7 @@ def comparison_page(path: Path, result: Stats, reference: Picture) -> None:
         efficiency=figures.bars(
             "efficiency",
             [(r["name"], r["relative_efficiency"]) for r in result["rows"] if _finite(r)],
-            "1/(MSE × time), over that of the settings as set",
+            "times that of the settings as set",
         ),
         noise=result["reference"]["error"],
     )

@@ -35,7 +35,7 @@ from .shading import ShadedBSDF, SliceBSDF
 from .sighted import Sighted, sees_apart
 from .snapshot import Instances, Visibility
 from .surface import Surface
-from .terminator import Terminator
+from .terminator import Terminator, aimed
 from .transforms import Transforms
 from .transmittance import transmittance
 from .wave import Found, Group, Intersection, Rays
@@ -193,7 +193,7 @@ class Scene:
         asks = asks or self.has_catchers  # rays that see them alone are of kinds
         asks = asks or self.lights.restrictions is not None or self.reach.linking is not None
         self.tracks_history = self.transparent_surfaces or asks
-        self._looks_around = "traced" in needs
+        self._looks_around = bool(needs & {"traced", "random numbers"})
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
@@ -298,7 +298,7 @@ class Scene:
         angles = None if self.light_angles is None else self.light_angles.take(lanes.si.instance)
         return SliceBSDF(closures, lanes, self.clear_glass, angles)
 
-    def _count_vertices(self, counting: clock.Clock, batch: int, surfaces: NDArray[np.int32]) -> None:
+    def _count_vertices(self, counting: clock.Clock, batch: int, surfaces: NDArray[np.integer]) -> None:
         """The vertices of each material; those of a batch of one material need not be looked at."""
         used = self.used_materials[self.materials.batch_of[self.used_materials] == batch]
         if len(used) == 1:
@@ -351,9 +351,14 @@ class Scene:
         lit = vectors.max3(np.abs(contribution)) != 0  # negative ones too; NaN is not hidden
         tfar = light.distance * lit - ~lit  # −1 switches a ray off
         side = np.copysign(si.bound, vectors.dot(si.ng, light.wo))
-        o, wo = si.p + side * si.ng, light.wo
+        step, wo = side * si.ng, light.wo
+        o = si.p + step
         if self.terminator is not None:
             wo = self.terminator.lift(self, si, wo, o, tfar)
+        if self.geometry.shared is not None:
+            # their bounds are larger than emitters': a parallel ray would meet the emitter before its point
+            near = (si.on_shared & (tfar > 0) & (o == si.p + step).all(axis=0)).nonzero()[0]
+            wo = aimed(wo, tfar, near, step.take(near, axis=1))
         free = np.flatnonzero(light.distance < 0) if self.lights_without_shadow else None
         kept = None if free is None else contribution.take(free, axis=1)
         if self.transparent_surfaces:

@@ -120,6 +120,11 @@ class Surface:
         return own if self._instance is None else np.where(self._instance < 0, own, self._instance)
 
     @property
+    def on_shared(self) -> NDArray[np.bool_]:
+        """(N,) whether the triangle's record is shared by instances."""
+        return np.zeros(self.size, np.bool_) if self._instance is None else self._instance >= 0
+
+    @property
     def emitter(self) -> Int32:
         """(N,) number among the emissive triangles, −1 for none."""
         return self._geometry.integer(EMITTER, self.prim)

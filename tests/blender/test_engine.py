@@ -19,21 +19,11 @@ from support.exr import layers, pixels
 
 from pt_engine.blender import plugins
 from pt_engine.blender.record import Session
-from pt_engine.render.integrator import INTEGRATORS
 
 
 @pytest.fixture
 def scene():
     return engine_scene()
-
-
-@pytest.fixture
-def own_integrators():
-    """Integrators registered by a test are gone after it."""
-    before = dict(INTEGRATORS)
-    yield
-    INTEGRATORS.clear()
-    INTEGRATORS.update(before)
 
 
 def test_a_render_is_a_finite_picture_of_the_scene(scene, tmp_path):
@@ -200,7 +190,7 @@ def test_statistics_are_written_where_the_scene_says(scene, tmp_path):
     scene.pt_engine.stats_path = str(tmp_path / "s.json")
     rendered(scene, tmp_path / "a.exr")
     statistics = json.loads((tmp_path / "s.json").read_text())
-    assert statistics["schema"] == "pt_engine.stats/1"
+    assert statistics["schema"] == "pt_engine.stats/2"
     wanted = {
         "settings", "versions", "resolution", "samples", "seconds", "camera_samples_per_second", "rays",
         "peak_memory_bytes", "nonfinite", "features", "error", "coverage",

@@ -21,7 +21,7 @@ from pt_engine.blender.picture import Picture
 from pt_engine.blender.properties import integrator_number
 from pt_engine.blender.refusal import Refusal
 from pt_engine.blender.settings import settings_of
-from pt_engine.blender.words import count, coverage_lines, duration, estimated_error, shortened
+from pt_engine.blender.words import count, coverage_lines, doubts, duration, estimated_error, shortened
 from pt_engine.nodes.coverage import Coverage
 from pt_engine.render.integrator import INTEGRATORS
 
@@ -129,6 +129,12 @@ def test_every_setting_kept_with_cycles_exists(scene):
     assert cycles_panels.owner_of(SimpleNamespace(object=None), "object.cycles.motion_steps")[0] is None
 
 
+def test_every_class_has_a_name_of_its_own():
+    """Blender forgets the first of two."""
+    names = [made.__name__ for part in registration.PARTS for made in getattr(part, "CLASSES", ())]
+    assert len(set(names)) == len(names)
+
+
 def test_blenders_own_panels_come_and_go_with_the_engine(scene):
     def shown():
         return {
@@ -220,6 +226,8 @@ def test_words():
         "10.00% relative RMS"
     )
     assert estimated_error({"relmse": None}) == ""
+    assert doubts({"fireflies": 1.05}) == doubts({"fireflies": None}) == doubts(None) == []
+    assert doubts({"fireflies": 3.76})[0].endswith("uncertain by 3.8 ×")
 
 
 @pytest.mark.parametrize("part", [light_group_panels, motion_panels], ids=["light groups", "motion blur"])

@@ -258,6 +258,22 @@ def test_error_is_unbiased_and_its_interval_covers(size, n):
         assert np.median(widths) < 1.5
 
 
+def test_fireflies_are_told_where_few_samples_carry_the_light():
+    """Dark pixels that one sample in 80 lights up: light or noise? An even image leaves no doubt."""
+    rng = np.random.default_rng(5)
+    even = 0.02 + 0.02 * rng.random((16, 24 * 24))
+    rare = np.where(rng.random(even.shape) < 1 / 80, 3.0, even)
+    sparkling, level = (
+        filled(24, 24, np.broadcast_to(x, (3, *x.shape)).astype(np.float32), None).error()
+        for x in (rare, even)
+    )
+    assert level["fireflies"] < 1.05
+    assert sparkling["fireflies"] > 1.5
+    (low, high), told = sparkling["relmse_ci95"], sparkling["relmse"]
+    assert high / told >= np.sqrt(sparkling["fireflies"])  # both answers lie in it
+    assert high / told == pytest.approx(told / low)
+
+
 def test_constant_image_has_no_error():
     film = filled(8, 8, np.full((3, 16, 64), 0.1, np.float32), None)
     assert film.error()["mse"] < 1e-14

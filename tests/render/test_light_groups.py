@@ -6,11 +6,16 @@ import numpy as np
 import pytest
 from support import scenes as make
 from support.estimates import mean_and_error
+from support.motion import moving
 from support.rooms import GLASS, ROUGH, SOFT_LAMP, half_transparent, room
 
+from pt_engine.core.samplers import SAMPLERS
 from pt_engine.render.film import Film
 from pt_engine.render.group_films import GroupFilms
 from pt_engine.render.integrator import INTEGRATORS
+from pt_engine.render.schedule import Unit
+from pt_engine.render.settings import RenderSettings
+from pt_engine.render.worker import Worker
 from pt_engine.scene.prepare import prepare
 from pt_engine.scene.snapshot import Visibility
 
@@ -48,6 +53,13 @@ def test_groups_sum_to_the_picture(integrator, material):
     assert (shares(result).max(axis=(1, 2, 3)) > 0.01).all()
 
 
+def test_what_is_clamped_is_clamped_in_its_group():
+    settings = {"samples": 4, "clamp_direct": 0.2, "clamp_indirect": 0.1}
+    result = make.rendered(lit(), 12, **settings)
+    np.testing.assert_allclose(shares(result).sum(0), result.image()[..., :3], rtol=2e-6, atol=1e-6)
+    assert result.image()[..., :3].mean() < 0.9 * make.rendered(lit(), 12, samples=4).image()[..., :3].mean()
+
+
 def test_what_is_in_no_group_is_the_rest():
     """With the sky in none, the two others sum to the picture less the sky's own."""
     groups = make.rendered(lit(), 12, samples=4)
@@ -60,7 +72,7 @@ def test_what_is_in_no_group_is_the_rest():
 @pytest.mark.parametrize("lamps", [1, 20], ids=["one lamp", "a crowd, chosen by place"])
 def test_each_is_what_its_emitters_send_alone(lamps):
     """Against renders that hold no other light, by their standard errors."""
-    whole = make.rendered(lit(GLASS, lamps=lamps), 12, samples=64)
+    whole = make.rendered(lit(GLASS, lamps=lamps), 12, samples=32)
     dark = make.world((0.0, 0.0, 0.0))
     alone = {
         "lamp": lit(GLASS, sky=dark, glow=None, lamps=lamps),
@@ -68,7 +80,7 @@ def test_each_is_what_its_emitters_send_alone(lamps):
         "sky": lit(GLASS, glow=None, lamps=0),
     }
     for name, snapshot in alone.items():
-        expected, error = mean_and_error(make.rendered(without_groups(snapshot), 12, samples=64, seed=1))
+        expected, error = mean_and_error(make.rendered(without_groups(snapshot), 12, samples=32, seed=1))
         film = whole.progress.groups.films[name]
         found = film.image()[..., :3].astype(np.float64).reshape(-1, 3).mean(0)
         noise = np.sqrt(film.variance_of_mean().reshape(-1, 3).sum(0)) / film.pixels
@@ -111,3 +123,14 @@ def test_what_the_film_drops_is_dropped_of_every_share():
     for name in "ab":
         assert groups.image(name)[0, 0, 0] == 1
         assert groups.films[name].counts()[0, 0] == 3
+
+
+def test_shares_of_units_that_see_several_moments_are_those_of_each():
+    snapshot = moving(lit(), {2: [make.translation(x, 0.3, 0.7) for x in (-0.5, 0.5)]})
+    settings = RenderSettings(8, 6, samples=4, threads=1, max_depth=4)
+    worker = Worker(prepare(snapshot), settings, INTEGRATORS["path"](settings), SAMPLERS["sobol"](0))
+    pixels = np.arange(48, dtype=np.int32)
+    together = worker.render(Unit(pixels, 0, 4)).by_group.reshape(3, len(NAMES) + 1, 4, 48)
+    for k in range(4):
+        np.testing.assert_array_equal(together[:, :, k], worker.render(Unit(pixels, k, 1)).by_group)
+    assert (together.max(axis=(0, 2, 3))[1:] > 0).all()

@@ -36,15 +36,6 @@ def _no_thread_is_left():
     assert set(threading.enumerate()) <= before
 
 
-@pytest.fixture
-def integrators():
-    """The registry, as it was afterwards."""
-    before = dict(INTEGRATORS)
-    yield
-    INTEGRATORS.clear()
-    INTEGRATORS.update(before)
-
-
 THREADS = pytest.mark.parametrize("threads", [1, 2, 3])
 
 
@@ -163,7 +154,7 @@ class Failing(Integrator):
 
 
 @THREADS
-@pytest.mark.usefixtures("integrators")
+@pytest.mark.usefixtures("own_integrators")
 def test_a_failure_in_a_worker_arrives_in_the_caller(threads):
     Failing.calls, INTEGRATORS["failing"] = 0, Failing
     done = []
@@ -217,7 +208,7 @@ class Poisoned(Integrator):
 
 
 @THREADS
-@pytest.mark.usefixtures("integrators")
+@pytest.mark.usefixtures("own_integrators")
 def test_samples_that_are_not_finite_are_counted_and_named(threads):
     """Left out of the film, counted all, and the first 20 told with their pixel and sample."""
     INTEGRATORS["poisoned"] = Poisoned
@@ -233,7 +224,7 @@ def test_samples_that_are_not_finite_are_counted_and_named(threads):
     assert (np.delete(result.film.counts().ravel(), 5 * 16 + 3) == 30).all()
 
 
-@pytest.mark.usefixtures("integrators")
+@pytest.mark.usefixtures("own_integrators")
 def test_pixels_are_named_in_the_full_image():
     INTEGRATORS["poisoned"] = Poisoned
     how = settings(

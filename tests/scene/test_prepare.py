@@ -10,6 +10,7 @@ from support import scenes as make
 from support.estimates import assert_same_mean
 from support.rooms import MIRROR, ROUGH, half_transparent
 
+from pt_engine.nodes.coverage import APPROXIMATE
 from pt_engine.render.integrator import INTEGRATORS
 from pt_engine.scene.prepare import prepare
 from pt_engine.scene.snapshot import Graph, LightData, Link, Node
@@ -187,3 +188,10 @@ def test_a_sky_for_the_camera_lights_nothing():
 
 def test_every_integrator_of_the_ladder_is_tested_on_nothing():
     assert set(LADDER) <= set(INTEGRATORS)
+
+
+@pytest.mark.parametrize(("kind", "size", "named"), [("POINT", 0.0, 0), ("POINT", 0.2, 1), ("AREA", 0.0, 1)])
+def test_lamps_for_few_bounces_are_approximate_where_rays_meet_them(kind, size, named):
+    lamp = LightData(kind, "few", make.translation(0, 0, 3), 10.0, radius=size, max_bounces=1)
+    made = prepare(make.scene([(make.quad(2.0), UP, GREY)], CAMERA, [lamp]))
+    assert [c.state for c in made.coverage if c.node == "max bounces"] == [APPROXIMATE] * named

@@ -11,7 +11,7 @@ from contextlib import nullcontext, redirect_stdout
 
 from ...report.error_picture import error_picture
 from ..record import Observer
-from ..words import count, duration, estimated_error, status
+from ..words import count, doubts, duration, estimated_error, status
 
 BAR_INTERVAL = 0.1  # seconds
 FIRST_LINE, LINE_GROWTH = 5.0, 1.5
@@ -124,6 +124,7 @@ def closing_line(path, statistics) -> str:
         f"{count(statistics['rays_per_second'])} rays/s",
         f"estimated error {error}" if error else "estimated error unknown",
     ]
+    parts += [doubt[:1].lower() + doubt[1:] for doubt in doubts(statistics["error"])]
     if dropped := statistics["nonfinite"]["count"]:
         parts.append(f"{dropped} non-finite samples dropped")
     return ", ".join(parts)
