@@ -84,8 +84,8 @@ BIAS = f"""
 {SHORT_SEEDS} short renders of "{SHORT_SCENE}", {SHORT_SIZE} × {SHORT_SIZE} pixels, against 32,768
 samples: relative difference of the means, its standard error, z, and the largest |z| of 16 parts of the
 image (3.0 is exceeded by chance in 4 % of such tables). Adaptive sampling is biased in so small an image: a
-bright sample raises the noise of its surroundings, by which all other pixels are measured, and so keeps its own
-pixel from getting more. With 64 pixels each is a part of that measure.
+bright sample raises the noise of its surroundings, by which all other pixels are measured, and so keeps its
+own pixel from getting more. With 64 pixels each is a part of that measure.
 
 | stops by | difference | standard error | z | worst part |
 |---|---|---|---|---|"""
