@@ -21,7 +21,7 @@ from .report import table
 sys.path.insert(0, str(ROOT / "tests"))
 
 import bpy
-from support.cycles import BOUNCES, OVERRIDES
+from support.cycles import BOUNCES, choose_cycles, into_exr
 from support.items import ITEMS
 from support.shared_scenes import read_exr
 from support.ztest import Agreement, compare
@@ -44,9 +44,10 @@ below 0.02 by chance. An item *agrees* where p > 0.0001; else it is *within 1 %*
 noise.
 
 All pixels of a picture with motion blur see the same moments, which the tests take for independent ones: its
-error is larger than is said, and p smaller. Custom normals: directions between the horizons of the true and
-of the shading normal are lit by sampled lights alone, in Cycles too, and what part of a sky that is depends
-on each renderer's densities. Tubes are open at their ends. Blender has overscan for EEVEE alone.
+error is larger than is said, and p smaller. Coarse smooth meshes and custom normals under a sky: directions
+between the horizons of the true and of the shading normal are lit by sampled lights alone, in Cycles too, and
+what part of a sky that is depends on each renderer's densities. Tubes are open at their ends. Blender has
+overscan for EEVEE alone.
 """
 HEADINGS = ["item", "our samples", "Cycles' samples", "difference", "beyond noise", "p", "verdict"]
 
@@ -98,23 +99,15 @@ def pictures(make: Callable[[], None]) -> tuple[list[np.ndarray], list[np.ndarra
     registration.register()
     make()
     scene = bpy.context.scene
-    render, own = scene.render, scene.pt_engine
-    for name, value in OVERRIDES.items():
-        if hasattr(scene.cycles, name):
-            setattr(scene.cycles, name, value)
+    own = scene.pt_engine
+    choose_cycles(THEIRS, SIZE)
+    into_exr()
     own.max_depth, own.transparent_depth = BOUNCES + 2, BOUNCES  # edges, and the bounces between the ends
-    scene.cycles.samples, own.samples = THEIRS, OURS
-    render.resolution_x, render.resolution_y = SIZE
-    render.resolution_percentage = 100
-    render.use_compositing = render.use_sequencer = False
-    form = render.image_settings
-    if hasattr(form, "media_type"):
-        form.media_type = "IMAGE"
-    form.file_format, form.color_mode, form.color_depth = "OPEN_EXR", "RGBA", "32"
+    own.samples = OURS
     with tempfile.TemporaryDirectory() as folder:
         pairs = []
         for engine in ("PT_ENGINE", "CYCLES"):
-            render.engine = engine
+            scene.render.engine = engine
             pairs.append([])
             for seed in (0, 1):
                 scene.cycles.seed = own.seed = seed

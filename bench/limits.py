@@ -60,7 +60,8 @@ def short(how: str) -> str:
     if how.startswith(("refused", "told")):
         return "a clear error"
     if how.startswith("Blender died"):
-        return "Blender died of it"
+        asked = "export" in how.partition(":")[0]
+        return "Blender died as it was asked for what it had read" if asked else "Blender died of opening it"
     return "a picture" if how == "rendered" else f"**{how}**"
 
 

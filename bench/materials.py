@@ -1,8 +1,9 @@
 """What shading costs by number of nodes and of materials, and shader-heavy files against Cycles.
 
-`python -m bench materials` writes docs/materials-speed.md. A file's two renderers run one after the other in
-one pinned process of its own (`python -m bench.materials FILE`), one thread each, timed in CPU seconds: the
-difference between a long and a short render, so that loading, building and start-up cancel out.
+`python -m bench materials` writes docs/materials-speed.md, in about three minutes of a quiet core. A file's
+two renderers take turns in one pinned process of its own (`python -m bench.materials FILE WIDTH HEIGHT`), one
+thread each, timed in CPU seconds: the difference between a long and a short render, so that loading, building
+and start-up cancel out.
 """
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ FILES = {
     "nodevember-flower": (160, 160),
     "ignis-principled": (160, 160),
 }
-SHORT, LONG = 4, 36  # samples per pixel
+SHORT, LONG = 4, 24  # samples per pixel
+ROUNDS = 2  # of both renderers
 DEPTH = 14  # edges
 
 
@@ -172,7 +174,7 @@ def _math(nodes: list[Node], k: int) -> Node:
 
 
 def compared(blend: Path, width: int, height: int) -> dict[str, Any]:
-    """CPU microseconds per camera sample: ours, Cycles', and ours again."""
+    """CPU microseconds per camera sample, ours and Cycles', round by round."""
     import bpy
 
     from pt_engine.blender.export import export_scene
@@ -203,14 +205,16 @@ def compared(blend: Path, width: int, height: int) -> dict[str, Any]:
 
     def pace(work: Callable[[int], None]) -> float:
         seconds = []
-        for samples in (1, SHORT, LONG):
+        for samples in (SHORT, LONG):
             started = time.process_time()
             work(samples)
             seconds.append(time.process_time() - started)
-        return 1e6 * (seconds[2] - seconds[1]) / ((LONG - SHORT) * width * height)
+        return 1e6 * (seconds[1] - seconds[0]) / ((LONG - SHORT) * width * height)
 
-    first, peer, second = pace(ours), pace(theirs), pace(ours)
-    return {"ours": [first, second], "cycles": peer, "version": bpy.app.version_string}
+    ours(1), theirs(1)
+    rounds = [(pace(ours), pace(theirs)) for _ in range(ROUNDS)]
+    paces = dict(zip(("ours", "cycles"), map(list, zip(*rounds, strict=True)), strict=True))
+    return paces | {"version": bpy.app.version_string}
 
 
 if __name__ == "__main__":

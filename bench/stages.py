@@ -24,7 +24,7 @@ from pt_engine.render import integrators  # noqa: F401  fills the registry
 from pt_engine.render.film import Film
 from pt_engine.render.integrator import INTEGRATORS
 from pt_engine.render.ledger import STAGES
-from pt_engine.render.schedule import LARGEST_PASS, morton_order, units
+from pt_engine.render.schedule import LARGEST_PASS, morton_order, unit_lanes, units
 from pt_engine.render.settings import RenderSettings
 from pt_engine.render.worker import Worker
 from pt_engine.scene.accel import Accel
@@ -48,13 +48,17 @@ class Pass:
             sampler=sampler,
             pixel_filter="BOX",
             lanes=lanes,
+            threads=1,
         )
         self.scene = prepare(load_snapshot(blend.with_suffix(".snapshot")))
         integrator = INTEGRATORS["path"](self.settings)
         self.worker = Worker(self.scene, self.settings, integrator, SAMPLERS[sampler](0))
         self.film = Film(frame.width, frame.height)
         order = morton_order(frame.width, frame.height)
-        steady = (unit for unit in units(replace(self.settings, samples=3 * LARGEST_PASS), order))
+        asked = replace(
+            self.settings, samples=3 * LARGEST_PASS, lanes=unit_lanes(self.settings, integrator.waves)
+        )
+        steady = (unit for unit in units(asked, order))
         self.units = [unit for unit in steady if LARGEST_PASS <= unit.first < 2 * LARGEST_PASS]
 
     def render(self) -> int:

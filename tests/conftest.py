@@ -1,11 +1,24 @@
-"""How a test run ends."""
+"""How a test run ends, and what tests of every room share."""
 
 from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterator
 
 import pytest
+
+
+@pytest.fixture
+def own_integrators() -> Iterator[None]:
+    """Integrators registered by a test are gone after it."""
+    from pt_engine.render import integrators  # noqa: F401  (fills the registry)
+    from pt_engine.render.integrator import INTEGRATORS
+
+    before = dict(INTEGRATORS)
+    yield
+    INTEGRATORS.clear()
+    INTEGRATORS.update(before)
 
 
 @pytest.hookimpl(trylast=True)

@@ -36,8 +36,7 @@ def final_render(engine, depsgraph) -> None:
     started = time.perf_counter()
     scene = depsgraph.scene_eval
     record = record_of(engine, scene)
-    size = engine.resolution_x, engine.resolution_y
-    settings = settings_of(scene, *size)
+    settings = settings_of(scene, engine.resolution_x, engine.resolution_y)
     settings = replace(settings, half_buffers=passes.wants_halves(depsgraph.view_layer_eval))
     films = passes.films(depsgraph.view_layer_eval)
     check_film(settings, room(scene.pt_engine.memory_limit << 20), films)
@@ -45,18 +44,7 @@ def final_render(engine, depsgraph) -> None:
     engine.update_stats("", "Exporting the scene")
     snapshot = export_scene(depsgraph, frame_set=engine.frame_set)
     exported = time.perf_counter() - started
-    prepared = None
-    for view, seen in views(engine, depsgraph, snapshot, size):
-        if not Session.observer.wants(view):
-            continue
-        started = time.perf_counter() - exported  # the one export is part of the first view's time
-        first, prepared = prepared is None, prepared and through(prepared, seen)
-        if prepared is None:
-            engine.update_stats("", "Preparing the scene")
-            prepared = prepared_to_fit(seen, settings, scene.pt_engine, films)
-        if first:  # a camera changes nothing in the coverage
-            record.coverage = tuple(dict.fromkeys(chain(record.coverage, prepared.coverage)))
-            tell_coverage(engine, prepared.coverage, scene.pt_engine.strict)
+    for view, seen, prepared in prepared_views(engine, depsgraph, snapshot, settings, films):
         if Session.observer.takes_over(prepared, settings, seen):
             return
         left = room(scene.pt_engine.memory_limit << 20, prepared.bytes)
@@ -66,9 +54,25 @@ def final_render(engine, depsgraph) -> None:
         stats["seconds"]["total"] = time.perf_counter() - started
         layer = depsgraph.view_layer_eval.name
         record.layers[f"{layer}, {view}" if view else layer] = stats
-        exported = 0.0
+        started, exported = time.perf_counter(), 0.0  # the one export is part of the first view's time
     if scene.pt_engine.stats_path:
         write_json(bpy.path.abspath(scene.pt_engine.stats_path), record.statistics())
+
+
+def prepared_views(engine, depsgraph, snapshot, settings, films: int):
+    """Each view's name, its snapshot and its scene, prepared and told of once where that can be."""
+    own, record, prepared = depsgraph.scene_eval.pt_engine, engine.pt_record, None
+    for view, seen in views(engine, depsgraph, snapshot, (engine.resolution_x, engine.resolution_y)):
+        if not Session.observer.wants(view):
+            continue
+        first, prepared = prepared is None, prepared and through(prepared, seen)
+        if prepared is None:
+            engine.update_stats("", "Preparing the scene")
+            prepared = prepared_to_fit(seen, settings, own, films)
+        if first:  # a camera changes nothing in the coverage
+            record.coverage = tuple(dict.fromkeys(chain(record.coverage, prepared.coverage)))
+            tell_coverage(engine, prepared.coverage, own.strict)
+        yield view, seen, prepared
 
 
 def prepared_to_fit(snapshot, settings, own, films: int):

@@ -58,8 +58,14 @@ def glass_gain(alpha: Float32, eta: Float32, cos_i: Float32, average: Float32) -
     """Factor for the weight of GGX glass; `average` is its transmission's colour (as Cycles)."""
     rough = table_roughness(alpha, None)
     inside: Int32 = (eta < 1.0).astype(np.int32)
-    albedo = _lookup3("glass", rough, _index_axis(eta), inside, cos_i)
+    albedo = glass_albedo(alpha, eta, cos_i)
     return _gain(albedo, _row2("glass_average", rough, _index_axis(eta), inside), average)
+
+
+def glass_albedo(alpha: Float32, eta: Float32, cos_i: Float32) -> Float32:
+    """E(cosθ) of clear GGX glass, reflection and refraction together: (N,)."""
+    inside: Int32 = (eta < 1.0).astype(np.int32)
+    return _lookup3("glass", table_roughness(alpha, None), _index_axis(eta), inside, cos_i)
 
 
 def gloss(alpha_x: Float32, alpha_y: Float32 | None, eta: Float32, cos_i: Float32) -> Float32:

@@ -23,6 +23,7 @@ import numpy as np
 from .base import Float32
 
 TINY = 1e-37
+DENSE = np.float32(0.5)  # index of the far side below which the near one counts as dense
 LARGEST_INDEX = np.float32(1e6)  # a perfect mirror for float32; its powers do not overflow
 F82_SCHLICK = (6.0 / 7.0) ** 5  # (1 − c)⁵ at c = 1/7
 F82_SCALE = 7.0 / (6.0 / 7.0) ** 6  # 1 / (c (1 − c)⁶) at c = 1/7
@@ -41,7 +42,7 @@ def dielectric(cos_i: Float32, eta: Float32) -> tuple[Float32, Float32]:
     eta = np.minimum(eta, LARGEST_INDEX)
     d = (eta - 1.0) * (eta + 1.0)
     cos2 = cos_i * cos_i
-    g2 = d + cos2
+    g2 = g_squared(cos_i, eta)
     total = g2 <= 0
     d = d * ~total
     g = np.sqrt(np.maximum(g2, 0.0))
@@ -55,6 +56,19 @@ def dielectric(cos_i: Float32, eta: Float32) -> tuple[Float32, Float32]:
     s += p
     reflectance: Float32 = np.minimum(0.5 * s + total, 1.0)
     return reflectance, g
+
+
+def g_squared(cos_i: Float32, eta: Float32) -> Float32:
+    """g² = η² − sin²θi, (N,); below 0 under total reflection.
+
+    As (η − 1)(η + 1) + cos²θi it keeps its digits where η is near 1. Out of dense matter, where all that
+    passes is nearly straight, that is −1 + 1; there sin²θi is small.
+    """
+    g2: Float32 = (eta - 1.0) * (eta + 1.0) + cos_i * cos_i
+    dense = eta < DENSE
+    if dense.any():
+        g2 = np.where(dense, eta * eta - (1.0 - cos_i) * (1.0 + cos_i), g2)
+    return g2
 
 
 def normal_incidence(eta: Float32) -> Float32:

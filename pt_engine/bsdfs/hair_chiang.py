@@ -55,8 +55,6 @@ class Params(NamedTuple):
     h : (N,) float32
         Where the ray hits, over the radius, from −1 to 1 where it grazes: −n·(T × wi)/|T × wi| for the
         cylinder's normal n there, and the hair's tangent T.
-    strength : (3, N) float32 or None
-        Factors ≥ 0 on R, on TT, and on TRT with all the rest; None is 1.
     """
 
     v: Float32
@@ -66,7 +64,6 @@ class Params(NamedTuple):
     eta: Float32
     sigma: Float32
     h: Float32
-    strength: Float32 | None = None
 
 
 def variance(roughness: Float32) -> Float32:
@@ -131,20 +128,18 @@ def fibre(params: Params, wi: Float32) -> Fibre:
     path = 2.0 * _cosine(sine_t) / cosine_t
     through = np.exp(-np.maximum(params.sigma, 0.0) * path)
     f = fresnel.dielectric(cosine * _cosine(h), eta)[0]
-    share, probability = _shares(f, through, params.strength)
+    share, probability = _shares(f, through)
     beside = cross(TANGENT, across)
     return Fibre(across, beside, sine, cosine, np.arcsin(h), np.arcsin(sine_t), share, probability)
 
 
-def _shares(f: Float32, through: Float32, strength: Float32 | None) -> tuple[Float32, Float32]:
+def _shares(f: Float32, through: Float32) -> tuple[Float32, Float32]:
     """Ap: F, (1 − F)² T, (1 − F)² T² F, and the geometric series of what is left; and their probabilities."""
     white = np.broadcast_to(f, through.shape[:1] + np.broadcast_shapes(f.shape, through.shape[1:]))
     tt = (1.0 - f) * (1.0 - f) * through
     trt = tt * through * f
     rest = trt * (through * f) / np.maximum(1.0 - through * f, 1e-6)
     share = np.stack([white, tt, trt, rest])
-    if strength is not None:
-        share *= strength[[0, 1, 2, 2], np.newaxis]
     grey = share[:, 0] * GREY[0] + share[:, 1] * GREY[1] + share[:, 2] * GREY[2]
     total = grey[0] + grey[1] + grey[2] + grey[3]
     return share, grey / np.maximum(total, 1e-20)
@@ -271,7 +266,7 @@ def sample(params: Params, wi: Float32, u0: Float32, u1: Float32, u2: Float32) -
         chosen = (left < probability) & ~chosen_before if p < 3 else ~chosen_before
         u = np.minimum(left / np.maximum(probability, 1e-20), ONE)
         angle = turn(hair, p) + draw_azimuth(u2, params.s) if p < 3 else np.float32(2.0 * PI) * u2
-        sine_o += chosen * _draw_sine(*tilted(hair, params.alpha, p), lobe_variance(params, p), u, u1)
+        sine_o += chosen * draw_sine(*tilted(hair, params.alpha, p), lobe_variance(params, p), u, u1)
         phi += chosen * angle
         lobe += chosen * np.float32(p > 0)
         left = left - probability
@@ -285,7 +280,7 @@ def sample(params: Params, wi: Float32, u0: Float32, u1: Float32, u2: Float32) -
     return BSDFSample(wo, pdf, weight, bits)
 
 
-def _draw_sine(sine: Float32, cosine: Float32, v: Float32, u: Float32, u1: Float32) -> Float32:
+def draw_sine(sine: Float32, cosine: Float32, v: Float32, u: Float32, u1: Float32) -> Float32:
     """sinθo by M: d'Eon et al. 2013, "Importance Sampling for Physically-Based Hair Fiber Models"."""
     floor = np.exp(-2.0 / v)
     u = np.maximum(u, 1e-5)

@@ -21,7 +21,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.vectors import dot
+from ..core.vectors import dot, normalize
+from . import fresnel
 from .base import BSDFSample, Float32, Lobe, UInt8
 from .microfacet import Distribution, masking_ratio, roughness
 
@@ -100,6 +101,9 @@ def sample(
     inverse: Float32 = 1.0 / eta
     wo: Float32 = (r * (2.0 * ci) + t * (inverse * (ci - split.g))) * m
     wo -= (r + t * inverse) * wi
+    dense = eta < fresnel.DENSE
+    if dense.any():  # 1/η multiplies what rounding has made of wi and m
+        wo = np.where(dense, normalize(wo), wo)
 
     b2 = b * b
     zi, ti = wi[2], model.stretched(wi, b2, b2)

@@ -71,7 +71,7 @@ def _reflectance(params: Params, wi: Float32, wo: Float32) -> Float32:
     scale = scale / (1.0 - color * missing)
     lost: Float32 = (1.0 - _albedo(a, b, cos_i)) * (1.0 - _albedo(a, b, cos_o))
     f: Float32 = scale * lost
-    f += a + b * t
+    f += np.maximum(a + b * t, 0.0)  # a = b at σ = 1, and t ≥ −1 but for rounding
     return f
 
 

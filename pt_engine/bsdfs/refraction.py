@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import interface
+from . import fresnel, interface
 from .base import BSDFSample, Float32
 from .microfacet import GGX, Distribution
 
@@ -37,7 +37,7 @@ def law(params: Params) -> interface.Law:
     nothing, never = np.zeros((1, 1), np.float32), np.zeros(1, np.float32)
 
     def split(cos: Float32) -> interface.Split:
-        g2 = (eta - 1.0) * (eta + 1.0) + cos * cos
+        g2 = fresnel.g_squared(cos, eta)
         passes: Float32 = (g2 > 0).astype(cos.dtype)
         return interface.Split(nothing, passes[np.newaxis], never, np.sqrt(np.maximum(g2, 0.0)))
 

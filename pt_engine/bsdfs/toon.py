@@ -18,6 +18,7 @@ from .base import BSDFSample, Float32, Lobe
 
 HALF_PI = float(np.pi / 2)
 LEAST_SIZE = 1e-5
+NO_SMOOTH = 1e-20  # below it quotients overflow
 
 
 class Params(NamedTuple):
@@ -76,6 +77,6 @@ def intensity(cone: Cone, local: Float32) -> Float32:
     """I of directions (3, N) relative to the cone's axis: (N,)."""
     angle = np.arctan2(np.sqrt(local[0] * local[0] + local[1] * local[1]), local[2])
     beyond: Float32 = np.maximum(angle - cone.size, 0.0)
-    hard = cone.smooth <= 0  # then nothing is left beyond the size
+    hard = cone.smooth < NO_SMOOTH  # then nothing is left beyond the size
     left: Float32 = 1.0 - beyond / (cone.smooth + hard) - hard * (beyond > 0)
     return np.maximum(left, 0.0)

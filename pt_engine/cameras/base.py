@@ -101,5 +101,7 @@ class Camera(ABC):
     def _world(self, x: Float32, y: Float32, z: Float32 | float) -> Float32:
         """Vector with these parts to the right, up and forward."""
         right, up, forward = (self._basis[:, i : i + 1] for i in range(3))
-        world: Float32 = right * x + up * y + forward * z
+        world: Float32 = right * x
+        world += up * y
+        world += forward * z
         return world

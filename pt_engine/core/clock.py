@@ -174,6 +174,12 @@ def new_paths() -> None:
         clock.set_bounce(-1)
 
 
+def before_bounce(bounce: int) -> None:
+    """The paths' edges that are traced next are those of this bounce."""
+    if (clock := _thread.counting) is not None:
+        clock.set_bounce(bounce - 1)
+
+
 def next_bounce() -> None:
     """The paths' next edges are traced; the first are bounce 0."""
     if (clock := _thread.counting) is not None:

@@ -55,6 +55,11 @@ class Rows:
         """A view of consecutive lanes."""
         return type(self)(self.data[:, span])
 
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """All lanes of some parts, one part after the other."""
+        return cls(np.concatenate([part.data for part in parts], axis=1))
+
 
 def _row_view(first: int, count: int, is_int: bool) -> property:
     where: int | slice = first if count == 1 else slice(first, first + count)
@@ -71,11 +76,13 @@ def _row_view(first: int, count: int, is_int: bool) -> property:
 
 def scatter(target: NDArray[Any], lanes: NDArray[np.integer], values: NDArray[Any]) -> None:
     """target[:, lanes] = values, row by row: numpy's two-dimensional form takes three times as long."""
+    lanes = lanes.astype(np.intp, copy=False)  # once, not a row at a time
     for row, value in zip(target, values, strict=True):
         row[lanes] = value
 
 
 def scatter_add(target: NDArray[Any], lanes: NDArray[np.integer], values: NDArray[Any]) -> None:
     """target[:, lanes] += values for lanes that are all different, row by row."""
+    lanes = lanes.astype(np.intp, copy=False)
     for row, value in zip(target, values, strict=True):
-        row[lanes] += value
+        row[lanes] = row.take(lanes, mode="clip") + value

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import sobol
-from .hashing import GOLDEN, hash_words, keyed_hash_inplace, lowbias32_inplace, to_unit_interval
+from .hashing import GOLDEN, hash_words, keyed_hash_inplace, lowbias32, lowbias32_inplace, to_unit_interval
 
 UInt32 = NDArray[np.uint32]
 Float32 = NDArray[np.float32]
@@ -53,12 +53,12 @@ class Sampler(ABC):
         ----------
         pixel : (N,) integers < 2³²
         sample : (N,) integers < 2³¹
+            Or, for all samples of all pixels, (m,) and (s, 1): N = s·m, sample by sample.
         """
-        state = np.empty((2, len(pixel)), np.uint32)
-        np.bitwise_xor(np.asarray(pixel).astype(np.uint32, copy=False), self._pixel_seed, out=state[0])
-        lowbias32_inplace(state[0], np.empty_like(state[0]))
-        state[1] = sample
-        return state
+        key = lowbias32(np.asarray(pixel).astype(np.uint32, copy=False) ^ self._pixel_seed)
+        state = np.empty((2, *np.broadcast_shapes(pixel.shape, sample.shape)), np.uint32)
+        state[0], state[1] = key, sample
+        return state.reshape(2, -1)
 
     @abstractmethod
     def stream(self, state: UInt32) -> Stream:

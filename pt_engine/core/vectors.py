@@ -18,7 +18,7 @@ TINY = float(np.finfo(np.float32).tiny)
 def dot(a: Float32, b: Float32) -> Float32:
     """a·b: (N,). Either may be (3, 1)."""
     total: Float32 = a[0] * b[0]
-    total = total + a[1] * b[1]
+    total += a[1] * b[1]
     total += a[2] * b[2]
     return total
 
@@ -69,7 +69,24 @@ def mean3(a: Float32) -> Float32:
     return mean
 
 
+def flipped(a: Float32, sign: Float32) -> None:
+    """Turn (3, N) vectors round where `sign` (N,) is negative, in place."""
+    bits = a.view(np.int32)
+    bits ^= sign.view(np.int32) & np.int32(-(2**31))
+
+
+def nonzero3(a: Float32) -> NDArray[np.bool_]:
+    """(N,) whether any component of (3, N) is not 0; NaN is not."""
+    x, y, z = a.view(np.uint32)
+    bits = x | y
+    bits |= z
+    bits <<= np.uint32(1)  # ±0 have no other bit than the sign
+    nonzero: NDArray[np.bool_] = bits != 0
+    return nonzero
+
+
 def max3(a: Float32) -> Float32:
     """Largest of the three components of (3, N): (N,)."""
-    largest: Float32 = np.maximum(np.maximum(a[0], a[1]), a[2])
+    largest: Float32 = np.maximum(a[0], a[1])
+    np.maximum(largest, a[2], out=largest)
     return largest

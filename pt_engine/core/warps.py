@@ -199,7 +199,11 @@ def _at(h: Float32, v: Float32) -> Float32:
     """Direction with 1 − cosθ = h and φ = 2π v; sinθ = √(h (2 − h)) does not cancel."""
     sin_theta = np.sqrt(h * (2.0 - h))
     phi = v * np.float32(2.0 * PI)
-    return np.stack([sin_theta * np.cos(phi), sin_theta * np.sin(phi), 1.0 - h])
+    w = np.empty((3, *phi.shape), phi.dtype)
+    np.multiply(sin_theta, np.cos(phi), out=w[0])
+    np.multiply(sin_theta, np.sin(phi), out=w[1])
+    np.subtract(1.0, h, out=w[2])
+    return w
 
 
 def _one_minus_z(w: Float32) -> Float32:

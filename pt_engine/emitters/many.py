@@ -14,7 +14,7 @@ from .faces import Faces
 from .met import Accelerate
 from .outline import joined, of_lamps
 from .parts import LampPart
-from .places import Int32, Places
+from .places import NO_BOXES, Bounds, Int32, Places
 
 MANY = 8  # emitters that are somewhere; of fewer each gets a good share of the samples anyway
 ENTRIES = 2 << 20  # of all tables of a grid together, about: 40 MiB
@@ -49,12 +49,19 @@ class Surfaces(NamedTuple):
         No light comes through them from behind.
     accel : callable
         Makes something to send rays at of vertices and triangles.
+    boxes : (low, high), each (B, 3) float64
+        Those of instances whose triangles are not among the others.
     """
 
     vertices: Float32
     triangles: Int32
     opaque: bool
     accel: Accelerate
+    boxes: Bounds = NO_BOXES
+
+    @property
+    def empty(self) -> bool:
+        return not len(self.triangles) and not len(self.boxes[0])
 
 
 def local_choice(
@@ -70,7 +77,7 @@ def local_choice(
     near = np.array([k for k, lamp in enumerate(lamps) if lamp.data.kind != "SUN"], np.intp)
     numbers = np.concatenate([near, len(lamps) + np.arange(of_faces)])
     numbers = numbers[power[numbers] > 0.0]
-    if len(numbers) < MANY or surfaces is None or not len(surfaces.triangles):
+    if len(numbers) < MANY or surfaces is None or surfaces.empty:
         return None
     outlines = of_lamps([lamps[k] for k in near], power[near])
     if faces is not None:
@@ -80,5 +87,6 @@ def local_choice(
     irradiance = power[far] / (np.pi * scene_radius**2)
     irradiance[far >= len(lamps)] *= 0.25  # the world's power counts what comes from all around
     bounds = outlines.low.min(axis=0), outlines.high.max(axis=0)
-    places = Places(surfaces.vertices, surfaces.triangles, ENTRIES // LIKELY, surfaces.opaque, bounds)
+    limit = ENTRIES // LIKELY
+    places = Places(surfaces.vertices, surfaces.triangles, limit, surfaces.opaque, bounds, surfaces.boxes)
     return LocalChoice(places, outlines, numbers, far, chance, irradiance)

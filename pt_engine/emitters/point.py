@@ -124,9 +124,10 @@ class SphereLamps(Points):
         """Lanes that meet the sphere before t, and its cone from their origins."""
         to_centre = one(self._centre, row) - o
         along = dot(to_centre, d)
-        off = to_centre - along * d
-        radius_squared = one(self._radius_squared, row)
-        discriminant = radius_squared - dot(off, off)
+        off = along * d
+        np.subtract(to_centre, off, out=off)
+        discriminant = dot(off, off)
+        np.subtract(one(self._radius_squared, row), discriminant, out=discriminant)
         lanes = np.flatnonzero(discriminant >= 0.0)
         cone = self._cone(to_centre.take(lanes, axis=1), of_met(self._radius_squared, row, lanes))
         s = along.take(lanes) + (2.0 * cone.inside - 1.0) * np.sqrt(discriminant.take(lanes))

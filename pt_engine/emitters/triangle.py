@@ -132,6 +132,11 @@ def draw_toward(
     projected /= distance  # area · |cos|
     solid = projected / squared
     np.maximum(projected, TINY, out=projected)
-    clear = distance * (1.0 - ROUNDING) - 2.0 * (error_area / projected)
-    pdf = chance / np.maximum(solid, TINY)
-    return Draw(to, np.maximum(clear, 0.0), radiance * solid, pdf)
+    behind = error_area / projected
+    behind *= 2.0
+    distance *= 1.0 - ROUNDING
+    distance -= behind
+    pdf = np.maximum(solid, TINY)
+    return Draw(
+        to, np.maximum(distance, 0.0, out=distance), radiance * solid, np.divide(chance, pdf, out=pdf)
+    )

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .gates import GatedEntry
 from .ir import COLOR, Value
 from .program import ConstantTable, Entry, LanesLike, Structure, linearise
 from .surface import SurfaceBuilder
@@ -105,6 +106,16 @@ def model(name: str) -> ModuleType:
     return importlib.import_module(f"{package}.bsdfs.{name}")
 
 
+def weights_of(plan: Plan, count: int) -> list[int]:
+    """For each of the first roots the one that is its closure's weight; −1 for those with none above them."""
+    weights = [-1] * count
+    for shape in plan.closures:
+        for root in (*(k for _, k in shape.params), shape.normal, shape.tangent):
+            if root >= 0:
+                weights[root] = shape.weight
+    return weights
+
+
 class Batch:
     """Shades lanes of the materials that share a program.
 
@@ -134,7 +145,7 @@ class Batch:
         self._modules = [model(s.bsdf) for s in plan.closures]
         others = plan.emission, plan.transparency, plan.holdout
         count = len(plan.structure.roots) - sum(root >= 0 for root in others)
-        self.closure_entry = Entry(plan.structure, self.table, range(count))
+        self.closure_entry = GatedEntry(plan.structure, self.table, range(count), weights_of(plan, count))
         self.emission_entry = self._entry(plan.emission)
         known = self.constant_emission()
         if known is not None and not known.any():

@@ -166,11 +166,12 @@ def input_names(step: Step) -> list[str]:
     """The parameters of an op's function that its arguments are."""
     parameters = list(inspect.signature(step.op.function).parameters.values())[step.op.lanes :]
     names = [p.name for p in parameters if p.kind is not p.VAR_POSITIONAL]
-    more = len(step.static) + len(step.args) - len(names)
+    gates = step.op.gates
+    more = len(step.static) + len(step.args) - gates - len(names)
     if more > 0:
         together = parameters[-1].name
         names += step.op.rest or ([together] if more == 1 else [f"{together}{k}" for k in range(more)])
-    return names[len(step.static) :][: len(step.args)]
+    return names[len(step.static) :][: len(step.args) - gates] + ["behind"] * gates
 
 
 def number_text(value: Float32) -> str:

@@ -95,7 +95,7 @@ def direction(cell: list[Float32], seed: float, isotropy: Float32, turn: Float32
     return [sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(inclination)]
 
 
-@op(FLOAT, FLOAT, FLOAT)
+@op(FLOAT, FLOAT, FLOAT, dear=True)
 def gabor(
     dimensions: int,
     vector: Float32,

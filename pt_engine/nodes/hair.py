@@ -1,4 +1,4 @@
-"""Shader nodes for hair: the Hair BSDF with one lobe, and Principled Hair.
+"""Shader nodes for hair: the Hair BSDF with one lobe, and Principled Hair (Huang's model: `hair_huang`).
 
 They ask the lanes for the hair's direction and for where across it the ray has hit. On meshes triangles
 stand in for hair as in Cycles: their edges for its direction, their normal for the offset h.
@@ -15,15 +15,19 @@ from ..bsdfs import hair_chiang
 from ..core import vectors
 from .geometry_nodes import true_normal
 from .graph import NodeView
+from .hair_huang import add_huang
 from .ir import COLOR, FLOAT, VECTOR, Value, lane_op, op
 from .math_nodes import saturate
 from .registry import shader
 from .round_nodes import on_strand
-from .surface import SurfaceBuilder, is_constantly, is_zero
+from .surface import SurfaceBuilder, is_zero
 
 Float32 = NDArray[np.float32]
 EUMELANIN: Final = np.array([0.506, 0.841, 1.653], np.float32)[:, np.newaxis]
 PHEOMELANIN: Final = np.array([0.343, 0.733, 1.924], np.float32)[:, np.newaxis]
+
+IN_CYCLES: Final = "on meshes Cycles drops light of some lamps, as if the normal were bumped; here not"
+LONG_INSIDE: Final = "; as Cycles' sampler has it, which toward lamps lacks light that stays inside for long"
 
 
 # ------------------------------------------------------------------ where the hair lies
@@ -130,39 +134,46 @@ def logistic_scale(roughness: Float32) -> Float32:
     return hair_chiang.scale(roughness)
 
 
-@op(VECTOR)
-def strengths(*lobes: Float32) -> Float32:
-    """Factors on the lobes, none of them negative."""
-    out: Float32 = np.maximum(np.stack(np.broadcast_arrays(*lobes)), 0)
+@lane_op(FLOAT, reads="strand")
+def own_random(lanes: Any, otherwise: Float32) -> Float32:
+    """A strand's random number."""
+    out = np.zeros(lanes.n, np.float32) + otherwise
+    if lanes.rounds is not None:
+        where = lanes.rounds.curves
+        out[where] = lanes.strand()[2].take(where)
     return out
 
 
 @shader("BsdfHairPrincipled")
 def principled_hair(n: NodeView, weight: Value, out: SurfaceBuilder) -> None:
-    """Chiang's model, also in the place of Huang's."""
+    """Chiang's model or Huang's."""
     huang = n.prop("model", "CHIANG") == "HUANG"
-    if huang:
-        n.approximate("Chiang's model instead of Huang's: round hair, and lobes of its own shape")
-    else:
-        n.approximate("on meshes Cycles drops light of some lamps, as if the normal were bumped; here not")
-    random, spread = n.float("Random"), n.float("Random Roughness")
+    n.approximate(IN_CYCLES + (LONG_INSIDE if huang else ""))
+    random, spread = randomness(n), n.float("Random Roughness")
     rough = n.call(varied, n.float("Roughness", 0.3), random, spread)
     around = rough if huang else n.call(varied, n.float("Radial Roughness", 0.3), random, spread)
-    coat = n.builder.zero if huang else n.float("Coat")
     tangent = n.call(along_hair, static=(1,))
+    h, sigma = n.call(offset_across, tangent), coloring(n, random, around)
+    if huang:
+        add_huang(n, weight, out, sigma, rough, h, tangent)
+        return
     params = {
         "v": n.call(variance, rough),
-        "v0": n.call(variance, n.call(first_roughness, rough, coat)),
+        "v0": n.call(variance, n.call(first_roughness, rough, n.float("Coat"))),
         "s": n.call(logistic_scale, around),
         "alpha": n.call(minus, n.float("Offset", np.radians(2.0))),
         "eta": n.float("IOR", 1.55),
-        "sigma": coloring(n, random, around),
-        "h": n.call(offset_across, tangent),
+        "sigma": sigma,
+        "h": h,
     }
-    lobes = [n.float(f"{name} lobe", 1.0) for name in ("R", "TT", "TRT")]
-    if huang and not all(is_constantly(lobe, 1) for lobe in lobes):
-        params["strength"] = n.call(strengths, *lobes)
     out.add("hair_chiang", params, weight, n.call(true_normal), tangent)
+
+
+def randomness(n: NodeView) -> Value:
+    """The Random input; unlinked, strands have their own number."""
+    given = n.float("Random")
+    unused = is_zero(n.float("Random Roughness")) and is_zero(n.float("Random Color"))
+    return given if unused or n.linked("Random") is not None else n.call(own_random, given)
 
 
 def coloring(n: NodeView, random: Value, around: Value) -> Value:

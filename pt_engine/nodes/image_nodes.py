@@ -20,13 +20,13 @@ from .vector_nodes import unit
 Float32 = NDArray[np.float32]
 
 
-@op(COLOR, FLOAT)
+@op(COLOR, FLOAT, dear=True)
 def image_flat(texture: Texture, at: Float32) -> tuple[Float32, Float32]:
     """An image at (x, y) of the vector."""
     return texture.sample(at[0], at[1])
 
 
-@op(COLOR, FLOAT)
+@op(COLOR, FLOAT, dear=True)
 def image_sphere(texture: Texture, at: Float32) -> tuple[Float32, Float32]:
     """An image wrapped around the unit box's inscribed sphere."""
     x, y, z = at * 2 - 1
@@ -38,7 +38,7 @@ def image_sphere(texture: Texture, at: Float32) -> tuple[Float32, Float32]:
     return texture.sample(u * some, v * some)
 
 
-@op(COLOR, FLOAT)
+@op(COLOR, FLOAT, dear=True)
 def image_tube(texture: Texture, at: Float32) -> tuple[Float32, Float32]:
     """An image wrapped around the unit box's inscribed cylinder."""
     x, y, z = at * 2 - 1
@@ -47,7 +47,7 @@ def image_tube(texture: Texture, at: Float32) -> tuple[Float32, Float32]:
     return texture.sample(u * some, (z + 1) * np.float32(0.5) * some)
 
 
-@op(COLOR, FLOAT)
+@op(COLOR, FLOAT, dear=True)
 def image_box(texture: Texture, blend: float, at: Float32, normal: Float32) -> tuple[Float32, Float32]:
     """An image on the three axes' planes, blended by the normal."""
     weights = box_weights(normal, blend)
@@ -138,7 +138,7 @@ def tex_image(n: NodeView) -> Outputs:
     return {"Color": color, "Alpha": alpha}
 
 
-@op(COLOR, FLOAT)
+@op(COLOR, FLOAT, dear=True)
 def environment_map(texture: Texture, projection: str, direction: Float32) -> tuple[Float32, Float32]:
     """An environment map in a direction."""
     to_uv = environment.mirror_ball_uv if projection == "MIRROR_BALL" else environment.equirectangular_uv

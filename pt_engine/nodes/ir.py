@@ -48,6 +48,12 @@ class Op:
         Some of the numbers 0, 1, 2 → an op that gives only these components of its result, for less work.
     splits : bool
         Its result number k is component k of its argument, and needs no other.
+    keeps_zero : bool
+        Its result is 0 where any argument is.
+    dear : bool
+        Costs much more than choosing among lanes does.
+    gates : int
+        How many of its last arguments say where it is wanted (see `gates`).
     rest : tuple of str
         What the arguments are that the function takes together as `*arguments`.
     """
@@ -62,6 +68,9 @@ class Op:
     alone: Op | None = None
     part: Callable[[tuple[int, ...]], Op] | None = None
     splits: bool = False
+    keeps_zero: bool = False
+    dear: bool = False
+    gates: int = 0
 
     @property
     def name(self) -> str:
@@ -76,10 +85,10 @@ class Op:
 
 
 def op(
-    *types: str, rest: tuple[str, ...] = (), alone: Op | None = None
+    *types: str, rest: tuple[str, ...] = (), alone: Op | None = None, dear: bool = False
 ) -> Callable[[Callable[..., Any]], Op]:
     """Make a pure function of arrays an `Op`."""
-    return lambda function: Op(function, types, rest=rest, alone=alone)
+    return lambda function: Op(function, types, rest=rest, alone=alone, dear=dear)
 
 
 def lane_op(
@@ -268,9 +277,9 @@ def _one_minus(a: Float32) -> Float32:
     return rest
 
 
-spread_color, spread_vector = Op(_spread, (COLOR,)), Op(_spread, (VECTOR,))
-as_color, as_vector = Op(_same, (COLOR,)), Op(_same, (VECTOR,))
+spread_color, spread_vector = (Op(_spread, (t,), keeps_zero=True) for t in (COLOR, VECTOR))
+as_color, as_vector = (Op(_same, (t,), keeps_zero=True) for t in (COLOR, VECTOR))
 first_component = Op(_first, (FLOAT,), splits=True)
 one_minus, one_minus_color = Op(_one_minus, (FLOAT,)), Op(_one_minus, (COLOR,))
-_product = {t: Op(_multiply, (t,)) for t in (FLOAT, COLOR, VECTOR)}
+_product = {t: Op(_multiply, (t,), keeps_zero=True) for t in (FLOAT, COLOR, VECTOR)}
 _sum = {t: Op(_add, (t,)) for t in (FLOAT, COLOR, VECTOR)}

@@ -70,7 +70,8 @@ class Hashes:
         near = np.add(cell, self.start, out=self.corners[:, 0])
         np.add(near, np.uint32(1), out=self.corners[:, 1])
         x, y, z = [*self.keys, self.start, self.start][:3]
-        first, a, b, c = self.first, self.a, self.b, self.c
+        first, a, b = self.first, self.a, self.b
+        c: UInt32 = self.c
         self._step(z, y, 14, first)
         self._step(x, first, 11, a)
         self._step(y, a, 25, b)
@@ -117,8 +118,6 @@ class Grid:
     @classmethod
     def between(cls, first: list[float], last: list[float], lanes: int) -> Grid | None:
         """The grid of some cells' corners, or None where hashing lane by lane is less work."""
-        if lanes < FEW:
-            return None
         count = [int(b - a) + 2 for a, b in zip(first, last, strict=True)]
         return cls(first, count) if math.prod(count) < DEAR * lanes else None
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .hashes import floats_to_float
 from .math_nodes import select
-from .perlin import Cloud, Point, Room, scaled_noise, signed_noise
+from .perlin import Cloud, Point, scaled_noise, signed_noise
 
 Float32 = NDArray[np.float32]
 MANY: Final = 16384  # lanes beside which what numpy's calls cost by themselves is little
@@ -92,7 +92,7 @@ def fbm(point: Point, detail: Float32, roughness: Float32, lacunarity: Float32, 
 
 def scaled_noises(point: Point, lacunarity: Float32, count: int) -> Iterator[Float32]:
     """Noise of the point times lacunarityⁱ, i < `count`; where lanes are few, of several i in one call."""
-    room, cloud, scales = Room(), Cloud.of(point), [np.ones(1, np.float32)]
+    cloud, scales = Cloud.of(point), [np.ones(1, np.float32)]
     for _ in range(count - 1):
         scales.append(scales[-1] * lacunarity)
     size = max(cloud.size, scales[-1].size)
@@ -100,10 +100,13 @@ def scaled_noises(point: Point, lacunarity: Float32, count: int) -> Iterator[Flo
     for first in range(0, count, together):
         some = scales[first : first + together]
         if some[-1].size == 1 and len(some) == 1:
-            yield scaled_noise(cloud, some[0], room)
+            yield scaled_noise(cloud, some[0])
             continue
-        wide = [np.concatenate([np.broadcast_to(p * s, size) for s in some]) for p in point]
-        yield from signed_noise(wide, room).reshape(len(some), size)
+        wide = np.empty((len(point), len(some), size), np.float32)
+        factors = np.stack(some if some[0].size == some[-1].size else np.broadcast_arrays(*some))
+        for row, p in zip(wide, point, strict=True):
+            np.multiply(p, factors, out=row)
+        yield from signed_noise(list(wide.reshape(len(point), -1))).reshape(len(some), size)
 
 
 def _normalized(total: Float32, reach: Float32, normalize: bool) -> Float32:

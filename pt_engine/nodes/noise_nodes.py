@@ -78,7 +78,7 @@ def noise_channels(channels: tuple[int, ...]) -> Op:
         return color
 
     noise_color.__name__ = "noise_" + ("color" if len(channels) == 3 else "".join("rgb"[k] for k in channels))
-    return Op(noise_color, (COLOR,), rest=SETTINGS, part=noise_channels)
+    return Op(noise_color, (COLOR,), rest=SETTINGS, part=noise_channels, dear=True)
 
 
 noise_color: Final = noise_channels((0, 1, 2))
@@ -99,7 +99,7 @@ def _noise_value(
     return noise.FRACTALS[kind](point, _settings(*settings), normalize)
 
 
-noise_value: Final = Op(_noise_value, (FLOAT,), first_of=noise_color, rest=SETTINGS)
+noise_value: Final = Op(_noise_value, (FLOAT,), first_of=noise_color, rest=SETTINGS, dear=True)
 
 
 @node("TexNoise")
@@ -144,7 +144,7 @@ def _phase(kind: str, direction: str, p: Float32) -> Float32:
     return np.sqrt(total) * np.float32(20)
 
 
-@op(FLOAT)
+@op(FLOAT, dear=True)
 def wave(
     kind: str,
     direction: str,

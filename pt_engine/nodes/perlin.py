@@ -9,22 +9,26 @@ two lanes at a time.
 
 from __future__ import annotations
 
+import math
+import threading
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .lattice import SIZES, Grid, Hashes, along
+from .lattice import FEW, SIZES, Grid, Hashes, along
 
 Float32 = NDArray[np.float32]
 Point = Sequence[Float32]
+Ends = tuple[float, float]
 
 SCALE: Final = (0.25, 0.6616, 0.9820, 0.8344)  # to about [-1, 1], by dimension
 PERIOD: Final = 100000.0
 COARSE: Final = np.float32(1000000)  # from here on points are taken half a step off
-EXACT_TURNS: Final = 5000  # of the period are float32 numbers, below it
+MANY_PERIODS: Final = 5000 * PERIOD  # float32 holds all multiples of the period up to here
 HUGE: Final = 1e15  # below it a float64 holds every multiple of the period exactly
+KEPT: Final = 4  # blocks' buffers
 BLOCK: Final = 65536  # corners at a time: few calls, and some arrays of them still fit a core's cache
 ONE: Final = np.ones(1, np.float32)
 
@@ -86,28 +90,29 @@ class Cloud(NamedTuple):
         size = max(p.shape[-1] for p in point)
         if size == 0:
             return cls(point, 0, np.zeros(len(point), np.float32), np.zeros(len(point), np.float32))
-        return cls(point, size, np.array([p.min() for p in point]), np.array([p.max() for p in point]))
+        return cls(point, size, np.array([np.min(p) for p in point]), np.array([np.max(p) for p in point]))
+
+    def ends(self, scale: Float32) -> list[Ends]:
+        """By axis between which coordinates the points times a number lie; rounding keeps their order."""
+        one, other = (self.low * scale).tolist(), (self.high * scale).tolist()
+        return [(min(pair), max(pair)) for pair in zip(one, other, strict=True)]
 
 
-def signed_noise(point: Point, room: Room | None = None) -> Float32:
-    """Perlin noise in about [−1, 1]; it repeats every 100000 units, as in Blender.
-
-    Calls that share a `room` need no buffers of their own.
-    """
-    return scaled_noise(Cloud.of(point), ONE, room)
+def signed_noise(point: Point) -> Float32:
+    """Perlin noise in about [−1, 1]; it repeats every 100000 units, as in Blender."""
+    return scaled_noise(Cloud.of(point), ONE)
 
 
-def scaled_noise(cloud: Cloud, scale: Float32, room: Room | None = None) -> Float32:
+def scaled_noise(cloud: Cloud, scale: Float32) -> Float32:
     """`signed_noise` of a cloud's points times a number (1,)."""
-    room = room or Room()
     dimension, size = len(cloud.rows), cloud.size
     out = np.empty(size, np.float32)
     if size == 0:
         return out
-    ends = np.sort([cloud.low * scale, cloud.high * scale], axis=0)  # rounding keeps the order of points
-    shift, grid = _common_shift(*ends), None
-    if shift is not None:
-        first, last = np.floor(_shifted(ends[..., None], shift))[..., 0].tolist()
+    ends = cloud.ends(scale)
+    shift, grid = _common_shift(ends), None
+    if shift is not None and size >= FEW:
+        first, last = np.floor(_shifted(np.array(ends, np.float32), shift)).T.tolist()
         grid = Grid.between(first, last, size)
     count = -(-(size << dimension) // BLOCK)
     n = -(-size // count)
@@ -125,27 +130,32 @@ def scaled_noise(cloud: Cloud, scale: Float32, room: Room | None = None) -> Floa
         np.floor(part, out=low)
         part -= low
         active = every if part[:, 0].all() else (*np.flatnonzero(part.any(axis=1)).tolist(),)
-        found = room.block(dimension, active, m).blend(part, low, grid)
+        found = ROOM.block(dimension, active, m).blend(part, low, grid)
         np.multiply(found[:n], np.float32(SCALE[dimension - 1]), out=out[start : start + n])
     out += np.float32(0)  # of two zeros always the positive one, whichever corners were left out
     return out
 
 
-def _common_shift(low: Float32, high: Float32) -> Float32 | None:
-    """(2, dimension, 1) what `_periodic` subtracts from and then adds to all points between, or None."""
-    turns = np.trunc(np.array([low, high], np.float64) / PERIOD)
-    if (turns[0] != turns[1]).any() or not (np.abs(turns) < EXACT_TURNS).all():
-        return None
-    half = 0.5 * (np.abs(turns[0]) * PERIOD >= COARSE)
-    return np.array([turns[0] * PERIOD, half], np.float32)[..., None]
+def _common_shift(ends: Sequence[Ends]) -> list[tuple[float, float]] | None:
+    """By axis what `_periodic` subtracts from and then adds to all coordinates between two, or None."""
+    shift = []
+    for low, high in ends:
+        if not (low > -MANY_PERIODS and high < MANY_PERIODS):
+            return None
+        turns = math.trunc(low / PERIOD)
+        if turns != math.trunc(high / PERIOD):
+            return None
+        shift.append((turns * PERIOD, 0.5 if abs(turns) * PERIOD >= COARSE else 0.0))
+    return shift
 
 
-def _shifted(p: Float32, shift: Float32) -> Float32:
-    """p, moved in place; exact but for the last rounding."""
-    if shift.any():
-        p -= shift[0]
-        p += shift[1]
-    return p
+def _shifted(rows: Float32, shift: Sequence[tuple[float, float]]) -> Float32:
+    """Coordinates moved in place; exact but for the last rounding."""
+    for row, (turned, half) in zip(rows, shift, strict=True):
+        if turned:
+            row -= np.float32(turned)
+            row += np.float32(half)
+    return rows
 
 
 def _periodic(p: Float32) -> Float32:
@@ -163,18 +173,20 @@ def _periodic(p: Float32) -> Float32:
     return inside
 
 
-class Room:
-    """Buffers for blocks of lanes, kept: fresh memory for each step would double its cost."""
+class Room(threading.local):
+    """Buffers for blocks of lanes, kept by each thread: fresh memory for each step would double its cost."""
 
     def __init__(self) -> None:
         self._blocks: dict[tuple[int, tuple[int, ...], int], Block] = {}
 
     def block(self, dimension: int, active: tuple[int, ...], n: int) -> Block:
-        """The buffers for such a block."""
+        """The buffers for such a block, among the last few that were asked for."""
         key = dimension, active, n
-        if key not in self._blocks:
-            self._blocks[key] = Block(*key)
-        return self._blocks[key]
+        block = self._blocks.pop(key, None) or Block(*key)
+        if len(self._blocks) >= KEPT:
+            del self._blocks[next(iter(self._blocks))]
+        self._blocks[key] = block
+        return block
 
 
 class Block:
@@ -243,3 +255,6 @@ class Block:
         fade *= cube
         self.sides[:, 0] = part
         np.subtract(part, np.float32(1), out=self.sides[:, 1])
+
+
+ROOM: Final = Room()

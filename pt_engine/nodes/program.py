@@ -129,7 +129,7 @@ class ConstantTable:
                 self.varying.append(column)
             self.fixed.append(None)
             self.column.append(known[key])
-        self._row = np.zeros(max(materials, default=0) + 1, np.int32)
+        self._row = np.zeros(max(materials, default=0) + 1, np.intp)  # as look-ups take them
         self._row[list(materials)] = np.arange(len(materials))
 
     def identity(self, slot: Slot) -> tuple[Any, ...]:
@@ -139,7 +139,7 @@ class ConstantTable:
             return slot.type, fixed.tobytes()
         return slot.constant, self.column[slot.number] if slot.constant else slot.number
 
-    def rows(self, lanes: LanesLike) -> Int32:
+    def rows(self, lanes: LanesLike) -> NDArray[np.intp]:
         """(n,) row of the table for each lane."""
         return self._row.take(lanes.material, mode="clip")
 
@@ -200,7 +200,7 @@ class Entry:
         taken: dict[int, Float32] = {}
         for k, column in self._gathers:
             if id(column) not in taken:
-                taken[id(column)] = column.take(rows, axis=-1)
+                taken[id(column)] = column.take(rows, axis=-1, mode="clip")
             constants[k] = taken[id(column)]
         return constants
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .ir import COLOR, Builder, Const, Value, op
+from .ir import COLOR, Builder, Const, Op, Value
 
 TRANSPARENT = "transparent"
 
@@ -112,7 +112,9 @@ def is_at_most(value: Value, number: float) -> bool:
     return isinstance(value, Const) and bool((value.data <= number).all())
 
 
-@op(COLOR)
-def at_least_zero(c: NDArray[np.float32]) -> NDArray[np.float32]:
+def _at_least_zero(c: NDArray[np.float32]) -> NDArray[np.float32]:
     """max(c, 0)."""
     return np.maximum(c, 0)
+
+
+at_least_zero = Op(_at_least_zero, (COLOR,), keeps_zero=True)

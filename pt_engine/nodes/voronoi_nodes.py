@@ -114,7 +114,7 @@ INPUTS: Final = (
 )
 
 
-@op(FLOAT, rest=INPUTS)
+@op(FLOAT, rest=INPUTS, dear=True)
 def voronoi_distance(
     feature: str, metric: str, dimensions: int, normalize: bool, *inputs: Float32
 ) -> Float32:
@@ -127,7 +127,7 @@ def voronoi_distance(
     return divide(distance, farthest(settings, dimensions)) if normalize else distance
 
 
-@op(FLOAT, COLOR, VECTOR, FLOAT, rest=INPUTS, alone=voronoi_distance)
+@op(FLOAT, COLOR, VECTOR, FLOAT, rest=INPUTS, alone=voronoi_distance, dear=True)
 def voronoi_points(
     feature: str, metric: str, dimensions: int, normalize: bool, *inputs: Float32
 ) -> tuple[Float32, Float32, Float32, Float32]:
@@ -147,7 +147,7 @@ def voronoi_points(
     return distance, color, position, w
 
 
-@op(FLOAT, rest=INPUTS)
+@op(FLOAT, rest=INPUTS, dear=True)
 def voronoi_edge(feature: str, metric: str, dimensions: int, normalize: bool, *inputs: Float32) -> Float32:
     """Distance to the nearest edge."""
     settings, point, detail, roughness, lacunarity = _inputs(feature, metric, dimensions, inputs)
@@ -155,7 +155,7 @@ def voronoi_edge(feature: str, metric: str, dimensions: int, normalize: bool, *i
     return divide(distance, reach) if normalize else distance
 
 
-@op(FLOAT, rest=INPUTS)
+@op(FLOAT, rest=INPUTS, dear=True)
 def voronoi_radius(feature: str, metric: str, dimensions: int, normalize: bool, *inputs: Float32) -> Float32:
     """Radius of the n-sphere inside the cell."""
     settings, point, *_ = _inputs(feature, metric, dimensions, inputs)

@@ -40,6 +40,8 @@ class Integrator(ABC):
     combines : bool
         Whether all light that emitter sampling finds is found by BSDF sampling too, both weighted by MIS:
         emitters then leave what is dim and all around to BSDFs.
+    waves : int
+        How many wavefronts of `lanes` rays it is best given at once, to take one after the other.
     """
 
     name: ClassVar[str] = ""
@@ -47,6 +49,7 @@ class Integrator(ABC):
     description: ClassVar[str] = ""
     signed: ClassVar[bool] = False
     combines: ClassVar[bool] = False
+    waves: ClassVar[int] = 1
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -57,6 +60,7 @@ class Integrator(ABC):
         self.max_depth = settings.max_depth
         self.rr_depth = settings.rr_depth
         self.transparent_depth = settings.transparent_depth
+        self.lanes = settings.lanes
         self.clamp = clamp_of(settings)
 
     @abstractmethod

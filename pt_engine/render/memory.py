@@ -7,12 +7,13 @@ from dataclasses import replace
 
 from ..core.free_memory import free_memory, smallest
 from ..scene.memory import TooLarge, gigabytes
-from .schedule import LARGEST_PASS
+from .schedule import LARGEST_PASS, WAVES
 from .settings import RenderSettings
 
 FILM = 60  # bytes a pixel: sums, counts and the pixels' order; sums of bright samples take up to 48 more
 PICTURE = 48  # bytes a pixel: what is handed over at the end, and the two copies that Blender makes of it
 LANE = 750  # bytes of a path under way, and of what shades it
+WAITING = 110  # bytes of a path that waits for its wave's turn: its state, its ray, its radiance
 SMALLEST = 1 << 12  # lanes: a smaller wavefront would spend its time in Python
 
 
@@ -34,8 +35,8 @@ def image_bytes(settings: RenderSettings, films: int = 1) -> int:
     x0, y0, x1, y1 = settings.window
     pixels = (x1 - x0) * (y1 - y0)
     threads = settings.threads or os.cpu_count() or 1
-    lanes = threads * min(settings.lanes, pixels * LARGEST_PASS)
-    return FILM * films * pixels + max(LANE * lanes, PICTURE * pixels)
+    lanes, unit = (min(count * settings.lanes, pixels * LARGEST_PASS) for count in (1, WAVES))
+    return FILM * films * pixels + max(threads * (LANE * lanes + WAITING * unit), PICTURE * pixels)
 
 
 def least(settings: RenderSettings, films: int = 1) -> int:

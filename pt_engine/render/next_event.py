@@ -32,8 +32,11 @@ def next_event(
     here, paths = si.part(slice(0, m)), path.part(slice(0, m))
     light = scene.sample_emitter(here, u[:, :m], paths)
     value, pdf = bsdf.eval_pdf(light.wo, light.hidden)
-    weight = mis(light.pdf, pdf * np.logical_not(light.delta))
-    contribution = value * light.weight
+    if light.delta is not False:
+        pdf = pdf * np.logical_not(light.delta)
+    weight = mis(light.pdf, pdf)
+    contribution = value
+    contribution *= light.weight
     contribution *= paths.beta
     contribution *= weight
     if scene.transparent_surfaces:  # paths on their last edge may pass such a surface but not scatter
@@ -45,7 +48,8 @@ def next_event(
 def add_sampled(scene: Scene, paths: PathState, light: LightSample, lit: Float32) -> None:
     """L += what sampled emitters send (3, N), after any clamping; noted under their light groups."""
     lit = paths.clamped(lit, slice(None), sampled=1)
-    paths.L += lit
+    L = paths.L
+    L += lit
     if scene.by_group is not None:
         groups = scene.lights.light_group
         scene.by_group.add(0 if groups is None else groups[light.emitter], paths.slot, lit)

@@ -10,8 +10,9 @@ from ..scene.wave import Rays
 from .dimensions import LaneSampler
 from .integrator import Integrator
 from .next_event import next_event
-from .path_state import PathState
+from .schedule import WAVES
 from .survivors import Wavefront
+from .waves import Waves
 
 Float32 = NDArray[np.float32]
 
@@ -23,14 +24,16 @@ class PathActive(Integrator):
     label = "Path, Active Lanes"
     description = "Paths of fixed depth; those that have ended leave the batch"
     combines = True
+    waves = WAVES
     roulette = False
 
     def sample(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Float32:
         # Loop state, one column per living path: β throughput 1, L radiance 0, pdf ∞ (Dirac)
-        path = PathState.start(sampler, scene.tracks_history, scene.history(rays), self.clamp)
-        front = Wavefront(self, scene, path.size)  # keeps L of paths that have ended
+        waves = Waves(scene, rays, sampler, self)
+        front = Wavefront(self, scene, waves.size)  # keeps L of paths that have ended
 
-        for bounce in range(self.max_depth + scene.transparent_surfaces * self.transparent_depth):
+        edges = range(self.max_depth + scene.transparent_surfaces * self.transparent_depth)
+        for bounce, path, rays in waves.along(edges):
             found = scene.intersect(rays)
 
             # ------------------------- emission: what the last direction has run into
@@ -40,7 +43,7 @@ class PathActive(Integrator):
             # ------------------------- the paths that go on, those of one material side by side
             path, lanes, spans = front.survivors(path, found)
             if path.size == 0:
-                break
+                continue
             si = scene.surface(rays, found, lanes)
             bsdf, random = scene.shade(si, path, spans), path.sampler(sampler)
 
@@ -52,8 +55,8 @@ class PathActive(Integrator):
 
             # ------------------------- Russian roulette: unbiased, so cheap paths may end early
             u = random.roulette(bounce) if self.roulette and bounce >= self.rr_depth - 2 else None
-            rays = front.advance(path, si, scattered, u)
-        return front.finish(path)
+            waves.go_on(path, front.advance(path, si, scattered, u))
+        return front.finish(*waves.left())
 
 
 class Path(PathActive):

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..bsdfs.base import Lobe
-from ..core import keyed, vectors
+from ..core import keyed
 from ..core.clock import stage
 from ..core.raykind import RayKind
 from ..core.rows import Rows, scatter_add
@@ -36,8 +36,9 @@ def mis(pdf: Float32, other: Float32) -> Float32:
     """
     with np.errstate(over="ignore"):
         ratio = other / np.maximum(pdf, TINY)
-        weight: Float32 = np.reciprocal(1 + ratio * ratio)
-    return weight
+        ratio *= ratio
+        ratio += 1
+    return np.reciprocal(ratio, out=ratio)
 
 
 class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1), ("random", 2))):
@@ -198,6 +199,20 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         """A view of consecutive paths."""
         return self._with_history(super().part(span), lambda row: row[span])
 
+    @classmethod
+    def joined(cls, parts: Sequence[PathState]) -> PathState:
+        """All paths of some parts that have made equally many bounces."""
+        first = parts[0]
+        path = super().joined(parts)
+        path.pdf = np.concatenate([part.pdf for part in parts])
+        path.bounces, path._clamp, path._history = first.bounces, first._clamp, None
+        if first._history is not None:
+            path._history = {
+                name: np.concatenate([(part._history or {})[name] for part in parts])
+                for name in first._history
+            }
+        return path
+
     def _with_history(self, path: PathState, pick: Callable[[NDArray[Any]], NDArray[Any]]) -> PathState:
         path.bounces, path._clamp, path._history = self.bounces, self._clamp, None
         if self._history is not None:
@@ -223,9 +238,10 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         """What the clamp leaves of light that some paths have found, or, with `sampled` 1, have sampled."""
         return self._clamp.applied(radiance, self.depth[lanes] + sampled) if self._clamp else radiance
 
-    def scatter(self, si: Surface, to: Scattered) -> Rays:
-        """Go on toward the sampled directions; returns the next rays."""
-        self.beta *= to.weight
+    def scatter(self, si: Surface, to: Scattered, start: Float32 | None = None) -> Rays:
+        """Go on toward the sampled directions, from `si.start` or `start`; returns the next rays."""
+        beta = self.beta
+        beta *= to.weight
         self.pdf = to.pdf
         self.bounces += 1
         if self._history is not None:
@@ -243,8 +259,9 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
                 self._history["receiver"] = si.instance
             if "clear" in self._history:
                 self._history["clear"] = self._history["clear"] * ((to.lobe & Lobe.CLEAR) != 0)
-        rays = leave(si, to.wo)
-        return rays if self._history is None else rays._replace(kind=self.kind)
+        o = si.start(to.wo) if start is None else start
+        tfar = np.full(self.size, FAR, np.float32)
+        return Rays(o, to.wo, tfar) if self._history is None else Rays(o, to.wo, tfar, self.kind)
 
     def go_on(self, scene: Scene, si: Surface, to: Scattered, max_depth: int) -> Rays:
         """`scatter`, or pass a transparent surface as if it were not there.
@@ -253,7 +270,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         edge may only pass.
         """
         if not scene.transparent_surfaces:
-            return self.scatter(si, to)
+            return self.scatter(si, to, scene.start(si, to.wo))
         passing = np.flatnonzero(to.lobe & Lobe.TRANSPARENT)
         before = self.take(passing)
         travelled = before.travelled + si.t.take(passing)
@@ -286,12 +303,6 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         tfar = np.full(n, -1, np.float32)
         o[:, :m], d[:, :m], tfar[:m] = rays[:3]
         return Rays(o, d, tfar, self.kind)
-
-
-def leave(si: Surface, wo: Float32) -> Rays:
-    """Rays that start at the surface, offset to wo's side by the error bound of the hit."""
-    side = np.copysign(si.bound, vectors.dot(si.ng, wo))
-    return Rays(si.p + side * si.ng, wo, np.full(si.size, FAR, np.float32))
 
 
 def _kind_of_lobe(lobe: int) -> int:

@@ -13,7 +13,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import nullcontext
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -32,7 +32,7 @@ from .group_films import GroupFilms
 from .integrator import INTEGRATORS, Integrator
 from .ledger import Ledger
 from .provenance import only_positive, origins
-from .schedule import WAIT, Unit, morton_order, units
+from .schedule import WAIT, Unit, morton_order, unit_lanes, units
 from .settings import RenderSettings
 from .worker import UnitResult, Worker
 
@@ -60,6 +60,7 @@ class Progress:
     nonfinite: list[dict[str, Any]] = field(default_factory=list)
     nonfinite_count: int = 0
     stopped: bool = False
+    late: bool = False  # out of time
     caught: CatcherFilm | None = None  # where there are shadow catchers
     groups: GroupFilms | None = None  # where there are light groups
     in_flight: int = 1  # units that are rendered at a time
@@ -186,7 +187,11 @@ def render(
     progress.in_flight = threads + 1 if threads > 1 else 1
     with kept_buffers():
         asked = units(
-            settings, order, decisions(film, settings, order), split=worker.groups, aligned=worker.run
+            replace(settings, lanes=unit_lanes(settings, integrator.waves)),
+            order,
+            decisions(film, settings, order),
+            split=worker.groups,
+            aligned=worker.run,
         )
         work = in_parallel(worker, asked, threads, lambda: is_over(progress), ledger)
         with ledger.running(threads) if ledger else nullcontext():
@@ -218,8 +223,9 @@ def film_key(settings: RenderSettings) -> str:
 
 
 def is_over(progress: Progress) -> bool:
-    """Whether it was stopped or has used up its time."""
-    return progress.stopped or out_of_time(progress)
+    """Whether it was stopped or has used up its time; then it stays over, though the last units be faster."""
+    progress.late = progress.late or out_of_time(progress)
+    return progress.stopped or progress.late
 
 
 def stopped_by(progress: Progress) -> str:
@@ -229,7 +235,7 @@ def stopped_by(progress: Progress) -> str:
         return "cancelled"
     if settings.samples and progress.camera_samples >= settings.samples * progress.film.pixels:
         return "samples"
-    if out_of_time(progress):
+    if progress.late or out_of_time(progress):
         return "time"
     if settings.target_error and int(np.max(progress.film.counts())) != settings.samples:
         return "target"

@@ -7,6 +7,7 @@ numbers depend on its pixel and number alone, and the film's sums are exact.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
@@ -36,6 +37,7 @@ class Step(NamedTuple):
 
 Decide = Callable[[int], Step]
 WAIT = None  # in place of a unit: go on when everything before is in the film
+WAVES = 4  # wavefronts of a unit, at most; its pixels are a multiple of it, to be dealt to them
 LARGEST_PASS = 8  # samples: more gains nothing, and a unit of few pixels has incoherent neighbours
 
 
@@ -75,10 +77,25 @@ def units(
         if decide is not None:
             count = min(count, until - done)
         for group in split(order):
-            parts = -(-len(group) // (settings.lanes // count))
-            for pixels in np.array_split(group, max(1, parts)):
-                yield Unit(pixels, settings.first_sample + done, count)
+            size = even_share(len(group), settings.lanes // count)
+            for start in range(0, len(group), size):
+                yield Unit(group[start : start + size], settings.first_sample + done, count)
         done += count
+
+
+def even_share(pixels: int, most: int) -> int:
+    """How many at a time, at most `most`, so that all times are alike; `WAVES` where there is room for it."""
+    even = WAVES if most >= WAVES else 1
+    times = max(1, -(-pixels // (most - most % even)))
+    return max(1, -(-pixels // (times * even)) * even)
+
+
+def unit_lanes(settings: RenderSettings, waves: int) -> int:
+    """Lanes of a unit: so many wavefronts, but no fewer units in a pass than threads are busy with."""
+    x0, y0, x1, y1 = settings.window
+    threads = settings.threads or os.cpu_count() or 1
+    busy = threads + 1 if threads > 1 else 1
+    return max(settings.lanes, min(waves * settings.lanes, (x1 - x0) * (y1 - y0) * LARGEST_PASS // busy))
 
 
 def morton_order(width: int, height: int) -> NDArray[np.int32]:

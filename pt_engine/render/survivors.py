@@ -62,7 +62,8 @@ class Wavefront:
         return (path if alive == path.size and len(spans) == 1 else path.take(order)), order, spans
 
     def _keep(self, path: PathState, ended: NDArray[np.intp]) -> None:
-        scatter(self._radiance, path.slot.take(ended), path.L.take(ended, axis=1))
+        slots = path.slot.take(ended, mode="clip")
+        scatter(self._radiance, slots, path.L.take(ended, axis=1, mode="clip"))
 
     @stage("bsdf")
     def advance(self, path: PathState, si: Surface, to: Scattered, u: Float32 | None) -> Rays:
@@ -71,13 +72,17 @@ class Wavefront:
         strength = vectors.max3(path.beta)
         if u is not None:
             roulette(path, strength, u)
-        rays.tfar[strength <= 0] = -1
+        off = (strength <= 0).astype(np.float32)  # NaN goes on, to be found in the film
+        tfar = rays.tfar
+        tfar *= 1 - off
+        tfar -= off  # −1 switches a ray off
         return rays
 
     @stage("roulette")
-    def finish(self, path: PathState) -> Float32:
-        """Radiance of all camera rays."""
-        scatter(self._radiance, path.slot, path.L)
+    def finish(self, *left: PathState) -> Float32:
+        """Radiance of all camera rays, when these paths end too."""
+        for path in left:
+            scatter(self._radiance, path.slot, path.L)
         return self._radiance
 
 
@@ -89,10 +94,12 @@ def roulette(path: PathState, strength: Float32, u: Float32) -> None:
     without the η² of radiance, so β needs no correction for it. `strength`, max β, becomes 0 where the path
     ends.
     """
-    q = np.clip(strength, RR_LEAST, RR_LIMIT)
-    survives = u < q
-    path.beta *= survives / q
+    q = np.minimum(np.maximum(strength, RR_LEAST), RR_LIMIT)
+    survives = (u < q).astype(np.float32)
     strength *= survives
+    survives /= q
+    beta = path.beta
+    beta *= survives
 
 
 def kill(batch: BatchNumbers, dead: NDArray[np.bool_], number: int) -> None:
@@ -103,7 +110,8 @@ def kill(batch: BatchNumbers, dead: NDArray[np.bool_], number: int) -> None:
 def sorted_by_batch(batch: BatchNumbers, dead: int) -> tuple[NDArray[np.intp], Spans]:
     """Stable order that brings groups together, the dead last, and each living group's span."""
     if dead == 1:
-        living, ended = np.flatnonzero(batch == 0), np.flatnonzero(batch)
+        over = batch.astype(np.bool_)  # numpy finds those of booleans faster
+        living, ended = np.flatnonzero(~over), np.flatnonzero(over)
         spans = [(0, slice(0, len(living)))] if len(living) else []
         return np.concatenate([living, ended]), spans
     order = np.argsort(batch, kind="stable")  # radix sort: 1.5 ns per lane of 8 bits

@@ -95,13 +95,16 @@ class Worker:
     def _render(self, unit: Unit, moment: Scene) -> UnitResult:
         """The same where all see one moment."""
         new_paths()
-        sampler = self.lane_sampler(unit)
-        rays = self.camera_rays(unit, sampler, moment.camera)
+        blocks = 1 if moment.has_catchers else self.blocks(unit)
+        sampler = self.lane_sampler(unit, blocks)
+        rays = self.camera_rays(unit, sampler, moment.camera, blocks)
         scene = moment.for_unit(rays.o.shape[1])
         radiance = self.exposed(self._integrator.sample(scene, rays, sampler))
         caught = None if scene.caught is None else self.caught(unit, scene, radiance)
         by_group = None if scene.by_group is None else self.exposed(scene.by_group.radiance)
-        return UnitResult(unit, radiance, scene.alpha, scene.rays, caught, by_group)
+        rows = (None if row is None else by_sample(unit, blocks, row) for row in (scene.alpha, by_group))
+        alpha, by_group = rows
+        return UnitResult(unit, by_sample(unit, blocks, radiance), alpha, scene.rays, caught, by_group)
 
     def caught(self, unit: Unit, scene: Scene, radiance: Float32) -> Parts:
         """The light that catchers send in the whole scene and alone, by the same random numbers."""
@@ -135,30 +138,45 @@ class Worker:
         """What the film takes of a radiance (3, N): all of it unless the file sets a film exposure."""
         return radiance if self.scene.exposure == 1 else radiance * np.float32(self.scene.exposure)
 
-    @stage("generate")
-    def lane_sampler(self, unit: Unit) -> LaneSampler:
-        """Random numbers by (pixel of the full image, sample)."""
-        x, y = self._pixel_coordinates(unit)
-        pixel = (y * self._settings.width + x).astype(np.uint32)
-        sample = np.arange(unit.first, unit.first + unit.spp * unit.step, unit.step, dtype=np.uint32)
-        state = self._sampler.state(np.tile(pixel, unit.spp), np.repeat(sample, len(pixel)))
-        return LaneSampler(self._sampler, state)
+    def blocks(self, unit: Unit) -> int:
+        """In how many runs of its pixels a unit is traced, so that a wave sees little of the scene."""
+        waves = -(-len(unit.pixels) * unit.spp // self._settings.lanes)
+        return waves if waves and len(unit.pixels) % waves == 0 else 1
 
     @stage("generate")
-    def camera_rays(self, unit: Unit, sampler: LaneSampler, camera: Camera) -> Rays:
+    def lane_sampler(self, unit: Unit, blocks: int = 1) -> LaneSampler:
+        """Random numbers by (pixel of the full image, sample), block by block and then sample by sample."""
+        x, y = (c.reshape(blocks, 1, -1) for c in self._pixel_coordinates(unit))
+        pixel = y.astype(np.uint32) * np.uint32(self._settings.width) + x.astype(np.uint32)
+        sample = np.arange(unit.first, unit.first + unit.spp * unit.step, unit.step, dtype=np.uint32)
+        return LaneSampler(self._sampler, self._sampler.state(pixel, sample[:, None]))
+
+    @stage("generate")
+    def camera_rays(self, unit: Unit, sampler: LaneSampler, camera: Camera, blocks: int = 1) -> Rays:
         """One ray per lane through a point drawn from the pixel filter and, with a lens, a point on it."""
-        x, y = self._pixel_coordinates(unit)
+        x, y = (c.reshape(blocks, 1, -1) for c in self._pixel_coordinates(unit))
         offset = self._filter.sample(sampler.pixel())
-        raster = np.stack([np.tile(c, unit.spp) for c in (x, y)]).astype(np.float32)
+        lanes = np.empty((2, blocks, unit.spp, len(unit.pixels) // blocks), np.float32)
+        lanes[0], lanes[1] = x, y
+        raster: Float32 = lanes.reshape(2, -1)
         raster += np.float32(0.5)
         raster += offset
         o, d, tfar = camera.rays(raster, sampler.lens() if camera.has_lens else None)
         return Rays(o, d, tfar, RayKind.CAMERA)
 
-    def _pixel_coordinates(self, unit: Unit) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def _pixel_coordinates(self, unit: Unit) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         x0, y0, x1, _ = self._settings.window
-        y, x = np.divmod(unit.pixels.astype(np.int64), x1 - x0)
-        return x + x0, y + y0
+        width = np.int32(x1 - x0)
+        y = unit.pixels // width  # faster than the remainder
+        return unit.pixels - y * width + np.int32(x0), y + np.int32(y0)
+
+
+def by_sample(unit: Unit, blocks: int, rows: Float32) -> Float32:
+    """(..., N) lane by lane, put sample by sample."""
+    if blocks == 1:
+        return rows
+    parts = rows.reshape(-1, blocks, unit.spp, len(unit.pixels) // blocks)
+    return np.ascontiguousarray(parts.swapaxes(1, 2)).reshape(rows.shape)
 
 
 def joined(unit: Unit, parts: list[Part], results: list[UnitResult]) -> UnitResult:

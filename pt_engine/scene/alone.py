@@ -7,8 +7,8 @@ another the two give different directions. Blending the object's normals with th
     n' = n/|M⁻ᵀn|
 
 and turning the result by M⁻ᵀ is the second. Meshes that Cycles does not move stay as they are: those that are
-displaced, scatter light under their surface, or move while the shutter is open. (Cycles moves deforming ones, too;
-these are left here.)
+displaced, scatter light under their surface, or move while the shutter is open. (Cycles moves those that only
+deform, too; they are left here.)
 """
 
 from __future__ import annotations
@@ -59,7 +59,8 @@ def normals_in_world(snapshot: Snapshot, materials: Materials) -> tuple[Snapshot
 def single(snapshot: Snapshot) -> NDArray[np.bool_]:
     """(I,) who has a mesh of triangles for itself and neither moves nor deforms."""
     mesh, motion = snapshot.instances.mesh, snapshot.motion
-    users = (np.bincount(mesh, minlength=1)[mesh] == 1) & (mesh < len(snapshot.meshes))
+    users: NDArray[np.bool_] = np.bincount(mesh, minlength=1)[mesh] == 1
+    users &= mesh < len(snapshot.meshes)
     if motion is not None:
         users &= ~np.isin(mesh, [shape.mesh for shape in motion.meshes])
         for rows in motion.instances:

@@ -168,7 +168,7 @@ def tangent_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:
             continue
         points = mesh.vertices[mesh.triangles]
         if mesh.normals is not None and mesh.normal_index is not None:
-            normals = unit_rows(mesh.normals.astype(np.float64))[mesh.normal_index]
+            normals = unit_rows(mesh.normals.astype(np.float64)).astype(np.float32)[mesh.normal_index]
         else:
             normals = np.repeat(face_normals(points)[:, None], 3, axis=1)
         tangent, sign = tangent_space(points, normals, uv)

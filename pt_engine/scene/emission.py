@@ -53,8 +53,8 @@ def found_by(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> 
         cut_holes(scene, rays, found, path)
     if scene.caught is not None:
         catch(scene, scene.caught, rays, found, path)
-    if scene.finds_surfaces:
-        lit = np.flatnonzero(scene.surface_emits.take(found.surface))
+    if not scene.emitting.empty:
+        lit = np.flatnonzero(scene.emitting.has(found.surface))
         if scene.held is not None:
             lit = lit[~held(scene.held, path.clear.take(lit), scene.geometry.instance_of(found.hits, lit))]
         if len(lit):
@@ -99,17 +99,18 @@ def _radiance(scene: Scene, hit: Surface, path: PathState, lanes: NDArray[np.int
 @stage("emission", "lamps met by rays")
 def _lamp_emission(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> Iterator[Found]:
     """Lamps of any size that lie on the ray before its hit; they don't hide what is behind them."""
-    t = np.where(found.surface == SKY, FAR, found.hits.t)
-    t[rays.tfar < 0] = -1
-    seen = (path.kind & RayKind.CAMERA) != 0
+    t = found.hits.t.copy()
+    t[np.flatnonzero(found.surface == SKY)] = FAR
+    t[np.flatnonzero(rays.tfar < 0)] = -1
     came = ways(scene, path, slice(None))
     if not scene.transparent_surfaces:
-        camera: bool | NDArray[np.bool_] = bool(seen[:1].any())  # all lanes are of one generation
+        camera = bool((path.kind[:1] & RayKind.CAMERA).any())  # all lanes are of one generation
         met = scene.lights.intersect(rays.o, rays.d, t, camera, path.places(slice(None)), came)
         yield from (Found(*hits, by_group=scene.by_group) for hits in met)
         return
     # densities count from the last real bounce, but only what lies beyond the surfaces passed is new
     back = path.travelled
     o = rays.o - back * rays.d
+    seen = (path.kind & RayKind.CAMERA) != 0
     met = scene.lights.intersect(o, rays.d, t + back, seen, path.place, came)
     yield from (Found(*hits, by_group=scene.by_group) for hits in met)

@@ -84,7 +84,7 @@ class Geometry:
         self._columns = np.ascontiguousarray(self.records[:, : BOUND + 1].T) if few else None
 
     def planes(self, prim: Int32, instance: Int32 | None = None) -> Float32:
-        """(5 or more, N) normal, plane and bound of some triangles; row-strided where there are many.
+        """(5, N) normal, plane and bound of some triangles; the caller may change them.
 
         `instance` says for shared records which of the instances is meant; it is −1 for the others.
         """
@@ -95,7 +95,7 @@ class Geometry:
             return record
         if self._columns is not None:
             return self._columns.take(prim, axis=1, mode="wrap")
-        return self.records.take(prim, axis=0, mode="wrap").T
+        return self.records.take(prim, axis=0, mode="wrap")[:, : BOUND + 1].T.copy()
 
     def integer(self, column: int, prim: Int32) -> Int32:
         """(N,) one of the records' integers."""

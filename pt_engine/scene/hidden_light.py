@@ -16,8 +16,8 @@ from .snapshot import Visibility
 if TYPE_CHECKING:
     from ..bsdfs.base import BSDF
 
-GLASS = {"dielectric", "dielectric_beckmann", "hair_chiang"}
-GLOSSY = {"velvet", "toon_glossy", "hair_reflection"}
+GLASS = {"dielectric", "dielectric_beckmann"}
+GLOSSY = {"velvet", "toon_glossy", "hair_reflection", "hair_chiang", "hair_huang"}
 COATED = {"plastic"}
 
 

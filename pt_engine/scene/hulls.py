@@ -17,6 +17,7 @@ points, of surfaces), by Cauchy: 21 % for four sides around a circle, 40 % for t
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -201,6 +202,13 @@ class Extent(NamedTuple):
     vertices: Float32
 
 
+def outline(name: str, count: int, vertices: int, triangles: int, mapped: bool) -> MeshData:
+    """A mesh of `count` hulls, each of so many vertices and triangles, whose arrays take no memory."""
+    rows = np.broadcast_to(np.int32(0), (count * triangles, 3))
+    places = np.broadcast_to(np.float32(0), (count * vertices, 3))
+    return MeshData(name, places, rows, rows[:, 0], corner_index=rows if mapped else None)
+
+
 class Hulls:
     """The hulls of all curves, then of all points, of a snapshot.
 
@@ -209,6 +217,7 @@ class Hulls:
     first : int
         The number of the first: that of the snapshot's meshes, which they are to follow.
     meshes : tuple of MeshData
+        Made when first asked for.
     sources : list of Samples or PointsData
         What is in each.
     """
@@ -227,7 +236,22 @@ class Hulls:
         self.sources: list[Samples | PointsData] = [
             sampled(thing) if isinstance(thing, CurvesData) else thing for thing in self._things
         ]
-        self.meshes = tuple(map(self._mesh, self._things, self.sources, self._rooms))
+
+    @cached_property
+    def meshes(self) -> tuple[MeshData, ...]:
+        return tuple(map(self._mesh, self._things, self.sources, self._rooms))
+
+    def outlines(self) -> tuple[MeshData, ...]:
+        """Meshes of the same sizes that take no memory: so it is known before whether these fit."""
+        found: list[MeshData] = []
+        for thing, source in zip(self._things, self.sources, strict=True):
+            mapped = bool(thing.uvs or thing.colors)
+            if isinstance(source, Samples):
+                each, _ = prism_triangles(1, self.kind(self.first + len(found)) == "LINEAR")
+                found.append(outline(thing.name, len(source.start), 2 * SIDES, len(each), mapped))
+            else:
+                found.append(outline(thing.name, len(source.points), len(OCTAHEDRON), len(FACES), mapped))
+        return tuple(found)
 
     @staticmethod
     def _mesh(thing: CurvesData | PointsData, source: Samples | PointsData, room: Room) -> MeshData:

@@ -21,7 +21,7 @@ from .moved import moved, steps
 from .raised_normal import raised_normal
 from .raycast import Met, raycast
 from .rest import at_rest, rest_steps
-from .round_lanes import OnRounds, along_hair, generated_on_rounds, on_rounds
+from .round_lanes import OnRounds, along_hair, generated_on_rounds, on_rounds, strand_normal
 from .surface import Surface
 from .tracing import open_share
 
@@ -133,7 +133,7 @@ class Lanes:
     @cached_property
     def material(self) -> Int32:
         """(n,) index into `Snapshot.materials`."""
-        return self.scene.geometry.surface_material.take(self.si.surface)
+        return self.scene.geometry.surface_material.take(self.si.surface, mode="clip")
 
     @cached_property
     def ns(self) -> Float32:
@@ -228,6 +228,10 @@ class Lanes:
     def strand(self) -> Float32:
         """(4, n) where along its strand, the strand's length, random number and thickness; else 0."""
         return np.zeros((4, self.n), np.float32) if self.rounds is None else self.rounds.strand(self)
+
+    def strand_normal(self, along: Float32) -> Float32:
+        """(3, C) unit normal of the lanes on curves, across their direction `along`."""
+        return strand_normal(self, along)
 
     def object_tangent(self, uv_name: str) -> tuple[Float32, Float32]:
         """Object-space direction of growing u (unnormalised), sign of the bitangent; 0 without the map."""

@@ -105,33 +105,39 @@ def layers(meshes: tuple[MeshData, ...], attributes: frozenset[str]) -> int:
 
 
 def sharing_that_fits(
-    snapshot: Snapshot, sharing: Sharing | None, attributes: frozenset[str], room: int | None
+    snapshot: Snapshot, sharing: Sharing | None, attributes: frozenset[str], room: int | None, hulls: int = 0
 ) -> Sharing | None:
     """The sharing with as many prototypes nested as it takes to fit in `room` bytes, the largest first.
+
+    `hulls` are the bytes of meshes that are yet to be made.
 
     Raises
     ------
     TooLarge
         Nothing helps.
     """
-    if room is None or need(snapshot, sharing, attributes).peak <= room:
+
+    def peak() -> int:
+        return need(snapshot, sharing, attributes).peak + hulls
+
+    if room is None or peak() <= room:
         return sharing
     if sharing is not None:
         times = np.bincount(sharing.prototype[sharing.prototype != PLAIN], minlength=len(sharing.sample))
         size = np.array([len(snapshot.meshes[m].triangles) for m in snapshot.instances.mesh[sharing.sample]])
         for number in np.argsort(-size * (times - 1), kind="stable"):
             sharing.nested[number] = True
-            if need(snapshot, sharing, attributes).peak <= room:
+            if peak() <= room:
                 return sharing
-    raise TooLarge(refusal(snapshot, need(snapshot, sharing, attributes), room))
+    raise TooLarge(refusal(snapshot, peak(), room))
 
 
-def refusal(snapshot: Snapshot, needed: Need, room: int) -> str:
+def refusal(snapshot: Snapshot, needed: int, room: int) -> str:
     """Why a scene is not built."""
     triangles = count(snapshot, snapshot.instances.mesh).triangles
     once = sum(len(mesh.triangles) for mesh in snapshot.meshes)
     return (
-        f"the scene needs about {gigabytes(needed.peak)} of memory, and {gigabytes(max(room, 0))} are left: "
+        f"the scene needs about {gigabytes(needed)} of memory, and {gigabytes(max(room, 0))} are left: "
         f"{triangles:,} triangles in {len(snapshot.instances.mesh):,} objects ({once:,} without repetition)"
     )
 

@@ -34,8 +34,9 @@ from .attributes import (
 from .catcher import catchers_of, catchers_tree, with_catchers_alone
 from .displace import displaced
 from .features import ON, features
-from .geometry import BOUND, INSTANCE, Geometry
+from .geometry import BOUND, INSTANCE, Geometry, world_boxes
 from .hulls import Hulls
+from .instancing import PLAIN, Sharing
 from .lamp_shader import LampShader
 from .memory import need, sharing_that_fits, snapshot_bytes
 from .movement import moving_last
@@ -43,7 +44,7 @@ from .own import OwnObjects, looking_at_themselves
 from .placing import build, may_share
 from .reach import reach_of
 from .round_accel import through_hulls
-from .round_lanes import strand_layer
+from .round_lanes import across_layer, strand_layer
 from .rounds import rounds_among, rounds_of
 from .scene import Scene
 from .sighted import standing_out
@@ -83,19 +84,22 @@ def prepare(
     world = compile_world(snapshot.world, textures=textures)
     rest = moving_last(snapshot)
     snapshot, alone = normals_in_world(displaced(rest, materials, shading_layers), materials)
-    hulls = Hulls(snapshot)
-    rest, snapshot = (replace(s, meshes=s.meshes + hulls.meshes) for s in (rest, snapshot))
+    hulls, bare = Hulls(snapshot), (rest, snapshot)
+    rest, snapshot = (replace(s, meshes=s.meshes + hulls.outlines()) for s in bare)
     motion = snapshot.motion
     slices = Slices(motion, snapshot, rest, materials, shading_layers, hulls) if motion is not None else None
     view = view_of(snapshot.camera)
     selves = looking_at_themselves(snapshot, materials)
     in_slices = 0 if slices is None else slices.bytes
+    in_hulls = snapshot_bytes(snapshot) - snapshot_bytes(bare[1])
     room = None if memory is None else memory - textures.statistics()["bytes"] - in_slices
     apart = [*selves, *apart_from_others(snapshot), *([] if slices is None else slices.moving)]
     apart += rounds_among(snapshot).tolist()
     terminator = Terminator.of(snapshot, alone)
     needs = materials.needs | (frozenset() if terminator is None else {"position"})
-    sharing = sharing_that_fits(snapshot, may_share(snapshot, materials, apart), needs, room)
+    may = may_share(snapshot, materials, apart)
+    sharing = sharing_that_fits(snapshot, may, needs, room, in_hulls)
+    rest, snapshot = (replace(s, meshes=s.meshes + hulls.meshes) for s in bare)
     placed, accel, geometry = build(snapshot, sharing, slices)
     own = OwnObjects(placed, selves) if selves else None
     geometry.rounds = rounds_of(snapshot, geometry, hulls)
@@ -113,14 +117,15 @@ def prepare(
             LampShader(program.batch, lamp, geometry.origin, geometry.radius, view) if program.batch else None
             for program, lamp in zip(lamp_programs, snapshot.lights, strict=True)
         ],
-        surfaces=to_light(geometry, materials),
+        surfaces=to_light(geometry, materials, snapshot, sharing),
         shown=reached.shown(),
     )
     lights = make_lights(triangles=triangles)
     geometry.release()
     layers = shading_layers(snapshot, geometry, needs)
-    if geometry.rounds is not None and "strand" in materials.needs:
-        layers["strand", ""] = strand_layer(snapshot, geometry, hulls.samples)
+    for name, layer_of in (("strand", strand_layer), ("strand normal", across_layer)):
+        if geometry.rounds is not None and name in materials.needs:
+            layers[name, ""] = layer_of(snapshot, geometry, hulls.samples)
     if "rest" in materials.needs:
         layers |= rest_layers(rest, geometry)
     queries = through_hulls(accel, geometry)
@@ -206,11 +211,18 @@ def whose(snapshot: Snapshot, instance: Int32) -> NDArray[np.int64] | None:
     return bits[instance] if (bits != Visibility.ALL).any() else None
 
 
-def to_light(geometry: Geometry, materials: Materials) -> Surfaces:
+def to_light(
+    geometry: Geometry, materials: Materials, snapshot: Snapshot, sharing: Sharing | None
+) -> Surfaces:
     """What the choice among many emitters depends on."""
     # normals of what is round are not those of its hull
     opaque = geometry.rounds is None and not any(batch.transmits for batch in materials.batches)
-    return Surfaces(geometry.vertices, geometry.triangles, opaque, Accel)
+    found = Surfaces(geometry.vertices, geometry.triangles, opaque, Accel)
+    if sharing is None:
+        return found
+    shared = sharing.prototype != PLAIN
+    low, high = world_boxes(snapshot.meshes, snapshot.instances)
+    return found._replace(boxes=(low[shared] - geometry.origin, high[shared] - geometry.origin))
 
 
 def shading_layers(
@@ -277,7 +289,7 @@ def coverage(snapshot: Snapshot, scene: Scene, lamps: list[Coverage]) -> list[Co
     entries += [Coverage(where, what, IGNORED, effect) for where, what, effect in snapshot.unsupported]
     entries += [*linked_mirrors(snapshot, scene), *few_bounces(snapshot)]
     if any(curves.shape == "THICK" for curves in snapshot.curves):
-        effect = "tubes are open at their ends and let light in there; in Cycles nothing passes"
+        effect = "tubes are seen through from their open ends; in Cycles their inner walls are there"
         entries.append(Coverage("(geometry)", "thick curves", APPROXIMATE, effect))
     if scene.geometry.dropped:
         effect = f"{scene.geometry.dropped} triangles with non-finite vertices are left out"

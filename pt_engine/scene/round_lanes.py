@@ -64,6 +64,23 @@ class OnRounds(NamedTuple):
         return out
 
 
+def strand_normal(lanes: Lanes, along: Float32) -> Float32:
+    """See `Lanes.strand_normal`. Curves without normals have what Cycles takes, about (1, 1, 1)."""
+    si, rounds = lanes.si, lanes.rounds
+    if rounds is None or ("strand normal", "") not in lanes.scene.layers:
+        across = np.zeros_like(along)
+    else:
+        normal = lanes.scene.layer("strand normal", "").at(si.prim, si.instance, si.u, si.v)
+        across = lanes.to_world_normal(normal).take(rounds.curves, axis=1)
+    across = vectors.normalize(across - vectors.dot(across, along) * along)
+    lost = np.flatnonzero(~(vectors.dot(across, across) > 0.5))
+    if len(lost):
+        axis = along.take(lost, axis=1)
+        diagonal = np.ones((3, 1), np.float32)
+        across[:, lost] = vectors.cross(axis, vectors.normalize(vectors.cross(diagonal, axis)))
+    return across
+
+
 def on_rounds(lanes: Lanes) -> OnRounds | None:
     """See `Lanes.rounds`."""
     geometry, si = lanes.scene.geometry, lanes.si
@@ -105,13 +122,34 @@ def generated_on_rounds(lanes: Lanes, generated: Float32) -> Float32:
 
 def strand_layer(snapshot: Snapshot, geometry: Geometry, samples: list[Samples]) -> Layer:
     """Where along its strand a sample is, the strand's length, random number and radius, in object space."""
+    tables = [along_strands(curves, points) for curves, points in zip(snapshot.curves, samples, strict=True)]
+    return layer_of(snapshot, geometry, samples, tables, (0.0, 0.0, 0.0, 0.0))
+
+
+def across_layer(snapshot: Snapshot, geometry: Geometry, samples: list[Samples]) -> Layer:
+    """Curves' normals at the samples, in object space; 0 where there are none."""
+    tables = [
+        points.by_point(np.zeros_like(curves.points) if curves.normals is None else curves.normals)
+        for curves, points in zip(snapshot.curves, samples, strict=True)
+    ]
+    return layer_of(snapshot, geometry, samples, tables, (0.0, 0.0, 0.0))
+
+
+def layer_of(
+    snapshot: Snapshot,
+    geometry: Geometry,
+    samples: list[Samples],
+    tables: list[Float32],
+    default: tuple[float, ...],
+) -> Layer:
+    """What is known of all samples, for the hulls' triangles."""
     pick = {}
     meshes = triangle_meshes(snapshot)
-    for number, (curves, points) in enumerate(zip(snapshot.curves, samples, strict=True)):
+    for number, (points, table) in enumerate(zip(samples, tables, strict=True)):
         each = len(snapshot.meshes[meshes + number].triangles) // max(len(points.start), 1)
         start = np.repeat(points.start, each)
-        pick[meshes + number] = along_strands(curves, points), np.stack([start, start + 1, start], axis=1)
-    return build_layer(snapshot, geometry, pick, (0.0, 0.0, 0.0, 0.0))
+        pick[meshes + number] = table, np.stack([start, start + 1, start], axis=1)
+    return build_layer(snapshot, geometry, pick, default)
 
 
 def along_strands(curves: CurvesData, samples: Samples) -> Float32:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..core import clock, vectors
 from ..core.clock import stage
 from ..core.raykind import RayKind
+from ..core.subset import Subset
 from ..core.uniforms import Uniforms
 from ..core.view import View
 from ..emitters.lights import Lights, LightSample
@@ -35,7 +36,7 @@ from .shading import ShadedBSDF, SliceBSDF
 from .sighted import Sighted, sees_apart
 from .snapshot import Instances, Visibility
 from .surface import Surface
-from .terminator import Terminator
+from .terminator import Terminator, aimed
 from .transforms import Transforms
 from .transmittance import transmittance
 from .wave import Found, Group, Intersection, Rays
@@ -166,9 +167,10 @@ class Scene:
             ],
             np.uint8 if self.dead < 255 else np.uint16,
         )
+        self._ends = Subset(self._group_of_surface == self.dead)
         emits = self.materials.emits
         self.surface_emits = (surfaces.surface_material >= 0) & emits[surfaces.surface_material]
-        self.finds_surfaces = bool(self.surface_emits.any())
+        self.emitting = Subset(self.surface_emits)
         holds_out = np.array([batch.has_holdout for batch in batches], np.bool_)
         self.surface_holds_out = (surfaces.surface_material >= 0) & holds_out[
             self.materials.batch_of[surfaces.surface_material]
@@ -180,6 +182,7 @@ class Scene:
         self.holds_out = bool(self.surface_holds_out.any() or objects.any())
         passes = [batches[g.batch].has_transparency or batches[g.batch].has_portal for g in self.groups]
         self.has_portals = any(batches[g.batch].has_portal for g in self.groups)
+        self.one_sided = not any(passes) and not any(batches[g.batch].transmits for g in self.groups)
         self.passes = np.array([*passes, False])
         self.transparent_surfaces = any(passes)
         needs = self.world.needs.union(*(batch.needs for batch in self.used_batches))
@@ -193,7 +196,7 @@ class Scene:
         asks = asks or self.has_catchers  # rays that see them alone are of kinds
         asks = asks or self.lights.restrictions is not None or self.reach.linking is not None
         self.tracks_history = self.transparent_surfaces or asks
-        self._looks_around = "traced" in needs
+        self._looks_around = bool(needs & {"traced", "random numbers"})
 
     def layer(self, kind: str, name: str) -> Layer:
         """A shading attribute that some program was found to need when the scene was prepared."""
@@ -225,7 +228,8 @@ class Scene:
         """Closest hits of all rays; one that is switched off misses. `kind` is for the count."""
         if not kind:
             clock.next_bounce()
-        self.rays[kind or ("bounce" if self.rays else "camera")] += int(np.count_nonzero(rays.tfar > 0))
+        of_camera = isinstance(rays.kind, int) and rays.kind == RayKind.CAMERA
+        self.rays[kind or ("camera" if of_camera else "bounce")] += int(np.count_nonzero(rays.tfar > 0))
         if self.seen_apart:
             hits = nearer.closest(self.accel, *rays)
         else:
@@ -235,13 +239,15 @@ class Scene:
     @stage("surface")
     def surface(self, rays: Rays, found: Intersection, lanes: NDArray[np.intp]) -> Surface:
         """The hit points of some lanes, in the order of `lanes`."""
-        o, d = rays.o.take(lanes, axis=1), rays.d.take(lanes, axis=1)
-        return Surface(self.geometry, found.hits, lanes, o, d)
+        o, d = (row.take(lanes, axis=1, mode="clip") for row in (rays.o, rays.d))
+        return Surface(self.geometry, found.hits, lanes, o, d, found.surface)
 
     @stage("surface")
     def batch(self, found: Intersection) -> BatchNumbers:
         """Each lane's group number; `dead` where the ray left the scene or the surface only emits."""
-        group: BatchNumbers = self._group_of_surface.take(found.surface)
+        if self.dead == 1:
+            return self._ends.has(found.surface).view(np.uint8)
+        group: BatchNumbers = self._group_of_surface.take(found.surface, mode="clip")
         return group
 
     # ------------------------------------------------------------------ emission found by a ray
@@ -308,6 +314,14 @@ class Scene:
         for material in np.flatnonzero(counts):
             counting.vertices[int(material)] += int(counts[material])
 
+    def start(self, si: Surface, wo: Float32) -> Float32:
+        """(3, N) where rays from surfaces toward `wo` start.
+
+        Where no material lets light through, what leaves on the other side brings none, and all start above.
+        Only with a terminator may the caller change them.
+        """
+        return si.above if self.one_sided and self.terminator is None else si.start(wo)
+
     # ------------------------------------------------------------------ next-event estimation
 
     @stage("emitter")
@@ -348,12 +362,19 @@ class Scene:
         self, si: Surface, light: LightSample, contribution: Float32, limit: int, path: PathState
     ) -> Float32:
         """`contribution` where nothing lies between; dimmed by up to `limit` transparent surfaces."""
-        lit = vectors.max3(np.abs(contribution)) != 0  # negative ones too; NaN is not hidden
-        tfar = light.distance * lit - ~lit  # −1 switches a ray off
-        side = np.copysign(si.bound, vectors.dot(si.ng, light.wo))
-        o, wo = si.p + side * si.ng, light.wo
+        # negative ones too; NaN is not hidden
+        lit = vectors.nonzero3(contribution).astype(np.float32)
+        tfar = light.distance * lit
+        lit -= 1
+        tfar += lit  # −1 switches a ray off
+        o, wo = self.start(si, light.wo), light.wo
         if self.terminator is not None:
             wo = self.terminator.lift(self, si, wo, o, tfar)
+        if self.geometry.shared is not None:
+            # their bounds are larger than emitters': a parallel ray would meet the emitter before its point
+            untouched = (o == si.start(light.wo)).all(axis=0)
+            near = (si.on_shared & (tfar > 0) & untouched).nonzero()[0]
+            wo = aimed(wo, tfar, near, (o - si.p).take(near, axis=1))
         free = np.flatnonzero(light.distance < 0) if self.lights_without_shadow else None
         kept = None if free is None else contribution.take(free, axis=1)
         if self.transparent_surfaces:
@@ -361,7 +382,8 @@ class Scene:
             contribution *= transmittance(self, o, wo, tfar, limit, path, kind)
         else:
             self.rays["shadow"] += int(np.count_nonzero(tfar > 0))
-            contribution.view(np.int32)[:] &= self._clear(o, wo, light, tfar)
+            bits = contribution.view(np.int32)
+            bits &= self._clear(o, wo, light, tfar)
         if kept is not None:
             contribution[:, free] = kept
         return contribution

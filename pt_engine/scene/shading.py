@@ -203,30 +203,35 @@ class SliceBSDF:
     @stage("bsdf", batch=_batch)
     def sample(self, u: Uniforms, out: Scattered) -> None:
         """Fill `out` with one direction per lane from uniforms `u` (3, N)."""
-        if len(self.closures) == 1:
-            self._sample_only(u, out)
-        else:
+        if len(self.closures) > 1:
             self._sample_among(u, out)
+            return
+        only = self.sample_only(u)
+        out.wo[:], out.weight[:], out.pdf[:], out.lobe[:] = only
 
-    def _sample_only(self, u: Uniforms, out: Scattered) -> None:
+    def sample_only(self, u: Uniforms) -> Scattered:
+        """One direction per lane, where there is but one closure."""
         closure, frame = self.closures[0], self.frames[0]
         if hasattr(closure.bsdf, "sample_about"):
             s, cos_o = closure.bsdf.sample_about(closure.params, frame.n, u[1], u[2])
-            out.wo[:] = s.wo
+            wo = s.wo
         else:
             s = closure.bsdf.sample(closure.params, frame.wi, u[0], u[1], u[2])
-            out.wo[:], cos_o = frame.world(s.wo), s.wo[2]
+            wo, cos_o = frame.world(s.wo), s.wo[2]
             self._lead_away(closure)
-        np.multiply(s.weight, closure.weight, out=out.weight)
+        weight = s.weight * closure.weight
         lobe = self._lobe(closure, slice(None), s.lobe)
         if self.bent:
-            np.multiply(out.weight, self._same_side(out.wo, cos_o) | _passes(s.lobe), out=out.weight)
-            out.weight[:] *= np.maximum(self._shadow(0, out.wo), _passes(s.lobe))  # portals have no bumps
+            weight = weight * (self._same_side(wo, cos_o) | _passes(s.lobe))
+            weight *= np.maximum(self._shadow(0, wo), _passes(s.lobe))  # portals have no bumps
         if self.angles is not None:
-            out.weight[:] *= np.maximum(fade(cos_o, self.angles), _passes(s.lobe))
-        out.lobe[:] = lobe
-        out.pdf[:] = s.pdf
+            weight *= np.maximum(fade(cos_o, self.angles), _passes(s.lobe))
+        lobes = np.broadcast_to(np.asarray(lobe, np.uint8), self.lanes.n)
+        if np.ndim(lobe) == 0 and not lobe & Lobe.DELTA:
+            return Scattered(wo, weight, s.pdf, lobes)
+        out = Scattered(wo, weight, np.array(s.pdf), lobes)
         _mark_dirac(out)
+        return out
 
     def _sample_among(self, u: Uniforms, out: Scattered) -> None:
         """One closure per lane by its share; then weight and pdf of the sum, except for Dirac lobes."""
@@ -331,6 +336,8 @@ class ShadedBSDF:
     @stage("bsdf")
     def sample(self, u: Uniforms) -> Scattered:
         """One continuation per lane from uniforms `u` (3, N)."""
+        if len(self.slices) == 1 and len(self.slices[0][1].closures) == 1:
+            return self.slices[0][1].sample_only(u)
         n = self.size
         wo, weight = np.empty((3, n), np.float32), np.empty((3, n), np.float32)
         out = Scattered(wo, weight, np.empty(n, np.float32), np.zeros(n, np.uint8))

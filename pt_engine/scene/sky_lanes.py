@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,12 +32,35 @@ class SkyLanes:
     def __init__(self, direction: Float32, came: Arrival, view: View, origin: Float32 | None = None) -> None:
         self.n = direction.shape[1]
         self.position = self.p = direction
-        self.wi = self.ng = self.ns = -direction
         self.ray_kind, self.transparent_depth, self._came = came.kind, came.passed, came
-        self.material = np.zeros(self.n, np.int32)
-        self.backfacing = np.zeros(self.n, np.float32)
-        self.ray_length = np.full(self.n, np.float32(1e30))
         self._direction, self._origin, self.view = direction, origin, view
+
+    @cached_property
+    def wi(self) -> Float32:
+        """(3, n) where the rays came from; whoever asks for a normal gets it, too."""
+        return -self._direction
+
+    @property
+    def ng(self) -> Float32:
+        """As `wi`."""
+        return self.wi
+
+    ns = ng
+
+    @cached_property
+    def material(self) -> Int32:
+        """(n,) zero."""
+        return np.zeros(self.n, np.int32)
+
+    @cached_property
+    def backfacing(self) -> Float32:
+        """(n,) zero."""
+        return np.zeros(self.n, np.float32)
+
+    @cached_property
+    def ray_length(self) -> Float32:
+        """(n,) very far."""
+        return np.full(self.n, np.float32(1e30))
 
     def window(self) -> Float32:
         """(2, n) where the direction is in the image; through an orthographic camera, where its ray started.

@@ -201,7 +201,7 @@ class Slices:
 
     def _moved(self, time: float) -> tuple[Snapshot, dict[int, Samples | PointsData]]:
         """The instances that move, deforming meshes before displacement; what is in hulls that change."""
-        meshes, held = list(self._snapshot.meshes), {}
+        meshes, held = [*self._snapshot.meshes[: self._hulls.first], *self._hulls.meshes], {}
         for number, mesh in self._movement.meshes(time).items():
             meshes[number] = mesh
         for number, (points, radius) in self._movement.rounds(time).items():

@@ -169,6 +169,8 @@ class CurvesData:
     active_uv, active_color : str
     generated : (C, 3) float32 or None
         Generated coordinates; None for those of the object.
+    normals : (P, 3) float32 or None
+        Along the longer axis of flat hair; None where nothing asks for them, or nobody knows.
     """
 
     name: str
@@ -183,6 +185,7 @@ class CurvesData:
     active_uv: str = ""
     active_color: str = ""
     generated: Float32 | None = None
+    normals: Float32 | None = None
 
 
 @dataclass(frozen=True)

@@ -238,6 +238,8 @@ def check_curves(curves: data.CurvesData) -> None:
         shape(layer, (points if len(layer) == points else count, 4), f"color {name}")
     if curves.generated is not None:
         shape(curves.generated, (count, 3), "curves.generated")
+    if curves.normals is not None:
+        shape(curves.normals, (points, 3), "curves.normals")
 
 
 def check_points(points: data.PointsData) -> None:

@@ -37,31 +37,41 @@ class Surface:
     """
 
     def __init__(
-        self, geometry: Geometry, hits: Hits, lanes: NDArray[np.intp], o: Float32, d: Float32
+        self,
+        geometry: Geometry,
+        hits: Hits,
+        lanes: NDArray[np.intp],
+        o: Float32,
+        d: Float32,
+        surface: NDArray[np.integer] | None = None,
     ) -> None:
-        self._geometry, self._hits, self._lanes = geometry, hits, lanes
+        self._geometry, self._hits, self._lanes, self._surface = geometry, hits, lanes, surface
         self.size = len(lanes)
-        self.prim = hits.prim.take(lanes)
+        self.prim = hits.prim.take(lanes, mode="clip")
         self._instance = None if hits.instance is None else hits.instance.take(lanes)
         record = geometry.planes(self.prim, self._instance)
         self.wi = -d
-        self.ng = np.array(record[NORMAL])
-        self.bound = record[BOUND]
+        self.ng, self.bound = record[NORMAL], record[BOUND]
         self.facing = vectors.dot(self.ng, self.wi)
         # the hit, put back onto the triangle's plane from where rounding has left it
         p = d
         p *= self.t
         p += o
-        p -= self.ng * (vectors.dot(self.ng, p) - record[PLANE])
+        height = vectors.dot(self.ng, p)
+        height -= record[PLANE]
+        p -= self.ng * height
         self.p: Float32 = p
-        self.ng *= np.copysign(np.float32(1), self.facing)
+        vectors.flipped(self.ng, self.facing)
         if geometry.rounds is not None:
             geometry.rounds.settle(self, o)
         self.ns = self.ng
 
     def part(self, span: slice) -> Surface:
         """A view of consecutive lanes."""
+        if span == slice(0, self.size):
+            return self
         part = copy.copy(self)
+        part._above = None
         part._lanes, part.prim = self._lanes[span], self.prim[span]
         part.p, part.ng, part.wi = self.p[:, span], self.ng[:, span], self.wi[:, span]
         part.ns = part.ng if self.ns is self.ng else self.ns[:, span]
@@ -73,6 +83,7 @@ class Surface:
     def take(self, index: NDArray[np.intp]) -> Surface:
         """Some of the lanes."""
         part = copy.copy(self)
+        part._above = None
         part._lanes, part.prim = self._lanes.take(index), self.prim.take(index)
         part.p, part.ng, part.wi = (a.take(index, axis=1) for a in (self.p, self.ng, self.wi))
         part.ns = part.ng if self.ns is self.ng else self.ns.take(index, axis=1)
@@ -92,10 +103,25 @@ class Surface:
         self.bound[index[far]] = 0
 
     @property
+    def above(self) -> Float32:
+        """(3, N) where rays start that leave on the viewer's side; not to be changed."""
+        if self._above is None:
+            self._above = self.bound * self.ng
+            self._above += self.p
+        return self._above
+
+    def start(self, wo: Float32) -> Float32:
+        """(3, N) where rays toward `wo` start: off the surface by the hit's error bound, on their side."""
+        start: Float32 = np.copysign(self.bound, vectors.dot(self.ng, wo)) * self.ng
+        start += self.p
+        return start
+
+    @property
     def t(self) -> Float32:
         """(N,) ray length."""
-        return self._hits.t.take(self._lanes)
+        return self._hits.t.take(self._lanes, mode="clip")
 
+    _above: Float32 | None = None
     moved_uv: tuple[Float32, Float32] | None = None  # set where the points were moved along their faces
 
     @property
@@ -111,13 +137,20 @@ class Surface:
     @property
     def surface(self) -> NDArray[np.integer]:
         """(N,) `Geometry.surface_material` row."""
-        return self._geometry.surface.take(self.prim)
+        if self._surface is None:
+            return self._geometry.surface.take(self.prim)
+        return self._surface.take(self._lanes, mode="clip")
 
     @property
     def instance(self) -> Int32:
         """(N,) which placed mesh."""
         own = self._geometry.integer(INSTANCE, self.prim)
         return own if self._instance is None else np.where(self._instance < 0, own, self._instance)
+
+    @property
+    def on_shared(self) -> NDArray[np.bool_]:
+        """(N,) whether the triangle's record is shared by instances."""
+        return np.zeros(self.size, np.bool_) if self._instance is None else self._instance >= 0
 
     @property
     def emitter(self) -> Int32:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -31,6 +32,18 @@ class Rays(NamedTuple):
     d: Float32
     tfar: Float32
     kind: NDArray[np.int32] | int = 0
+
+    def part(self, span: slice) -> Rays:
+        """A view of consecutive rays."""
+        kind = self.kind if isinstance(self.kind, int) else self.kind[span]
+        return Rays(self.o[:, span], self.d[:, span], self.tfar[span], kind)
+
+
+def rays_joined(parts: Sequence[Rays]) -> Rays:
+    """All rays of some parts, which are of one making."""
+    o, d, tfar, kinds = zip(*parts, strict=True)
+    kind = kinds[0] if isinstance(kinds[0], int) else np.concatenate(kinds)
+    return Rays(np.concatenate(o, axis=1), np.concatenate(d, axis=1), np.concatenate(tfar), kind)
 
 
 class Found(NamedTuple):

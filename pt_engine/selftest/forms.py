@@ -62,6 +62,31 @@ def nearly_matched() -> float:
 
 
 @FORMS.case(
+    "out of an index of 100 and 1000",
+    "all that passes is nearly straight: η² − 1 + cos²θ is −1 + 1",
+    "worst relative error of g = η cosθt, up to 0.99 of the critical angle's sine",
+    0.0,
+    1e-6,
+    "some roundings",
+    naive=lambda: dense_error(lambda cos, eta: (eta - 1) * (eta + 1) + cos * cos),
+)
+def out_of_dense() -> float:
+    return dense_error(fresnel.g_squared)
+
+
+def dense_error(formula: Formula) -> float:
+    """Of the root of g² against float64, for indices 1e-2 and 1e-3 of the far side."""
+    worst = 0.0
+    for eta in np.array([[1e-2], [1e-3]], np.float32):
+        sine = eta.astype(np.float64) * np.array([0.0, 0.3, 0.7])
+        cos = np.sqrt((1 - sine) * (1 + sine)).astype(np.float32)
+        c = cos.astype(np.float64)
+        exact = np.sqrt(eta.astype(np.float64) ** 2 - (1 - c) * (1 + c))
+        worst = max(worst, float(np.abs(np.sqrt(np.maximum(formula(cos, eta), 0)) / exact - 1).max()))
+    return worst
+
+
+@FORMS.case(
     "grazing to a cosine of 0",
     "Smith's Λ is a quotient by the cosine, and the density of visible normals G1/cosθ one more",
     "worst relative error of G1/cosθ of GGX, α = 0.3, cosines from 0",

@@ -70,4 +70,7 @@ HEADING = """# Hard cases
 
 What breaks renderers, what is expected there, and what this engine gives: `python -m pt_engine selftest
 --all --markdown docs/hard-cases.md` writes this page, without options the command runs the quick rows. Where
-there is a naive form, the one that textbooks give, its number stands beside: it has to miss."""
+there is a naive form, the one that textbooks give, its number stands beside: it has to miss.
+
+Damaged files, thousands of view layers, renders and stops are on docs/limits.md, float32 against float64 on
+docs/error-growth.md; `scripts/mutate` breaks formulas on purpose and shows that the tests notice each."""

@@ -3,7 +3,7 @@
 import pytest
 from support.blend_fuzz import tried
 
-COUNT = 40  # `python -m support.blend_fuzz 1000` tries more
+COUNT = 30  # a thousand in docs/limits.md
 
 
 @pytest.mark.slow

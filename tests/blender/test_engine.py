@@ -19,21 +19,11 @@ from support.exr import layers, pixels
 
 from pt_engine.blender import plugins
 from pt_engine.blender.record import Session
-from pt_engine.render.integrator import INTEGRATORS
 
 
 @pytest.fixture
 def scene():
     return engine_scene()
-
-
-@pytest.fixture
-def own_integrators():
-    """Integrators registered by a test are gone after it."""
-    before = dict(INTEGRATORS)
-    yield
-    INTEGRATORS.clear()
-    INTEGRATORS.update(before)
 
 
 def test_a_render_is_a_finite_picture_of_the_scene(scene, tmp_path):

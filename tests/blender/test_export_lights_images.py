@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
+from support.bpy_nodes import shining  # noqa: E402
 from support.bpy_scenes import add, cube, empty_scene, export  # noqa: E402
 
 from pt_engine.blender.export.images import ImageTable  # noqa: E402
@@ -174,18 +175,8 @@ def test_the_frame_of_a_sequence(scene, tmp_path):
 
 def test_random_of_an_object_is_that_of_cycles(scene, tmp_path):
     """Cycles renders Object Info's Random as light; we export the number."""
-    material = bpy.data.materials.new("Random")
-    if material.node_tree is None:
-        material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
-    info, glow, output = (
-        tree.nodes.new(f"ShaderNode{kind}") for kind in ("ObjectInfo", "Emission", "OutputMaterial")
-    )
-    tree.links.new(info.outputs["Random"], glow.inputs["Strength"])
-    tree.links.new(glow.outputs[0], output.inputs[0])
     data = cube()
-    data.materials.append(material)
+    data.materials.append(shining("ObjectInfo", "Random", "Strength"))
     add(data, "Würfel.007")
     scene.camera.location = (0, 0, 3)
     render = scene.render

@@ -8,26 +8,12 @@ from support.bpy_scenes import add, cube, empty_scene, export, mesh
 from support.cycles import BOUNCES, choose_cycles
 from support.engine_scene import exr
 from support.exr import passes
+from support.seen_room import material, put
 
 from pt_engine.blender import registration
 
 SIZE, CELLS, SAMPLES = (24, 16), (4, 4), 64
 GROUPS = ("lamp", "sun", "shapes", "sky", "empty")
-
-
-def material(name, kind, **inputs):
-    made = bpy.data.materials.new(name)
-    tree = with_nodes(made)
-    shader, end = tree.nodes.new("ShaderNode" + kind), tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(shader.outputs[0], end.inputs["Surface"])
-    for socket, value in inputs.items():
-        shader.inputs[socket].default_value = value
-    return made
-
-
-def put(data, name, made, **settings):
-    data.materials.append(made)
-    return add(data, name, **settings)
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ def _scene():
     return engine_scene()
 
 
-@pytest.mark.parametrize("size", [(4, 4), (1, 4), (4, 1)])
+@pytest.mark.parametrize("size", [(4, 4), (1, 4), (4, 1), (1, 1)])
 def test_the_smallest_images_are_images(scene, tmp_path, size):
     """4 is Blender's smallest; a border of one pixel is the smallest picture."""
     sized(scene, 4, 4)
@@ -33,16 +33,17 @@ def test_the_smallest_images_are_images(scene, tmp_path, size):
     assert np.isfinite(image).all()
 
 
-def test_a_few_pixels_of_a_huge_image_cost_only_themselves(scene, tmp_path):
+@pytest.mark.parametrize("corner", [0.5, 1 - 8 / EDGE], ids=["middle", "last"])
+def test_a_few_pixels_of_a_huge_image_cost_only_themselves(scene, tmp_path, corner):
     """8 × 8 of 16,384²: those very pixels, and less memory than one row's film of the whole would take."""
     render = sized(scene, EDGE, EDGE).render
     render.use_border = render.use_crop_to_border = True
-    render.border_min_x = render.border_min_y = 0.5
-    render.border_max_x = render.border_max_y = 0.5 + 8 / EDGE
+    render.border_min_x = render.border_min_y = corner
+    render.border_max_x = render.border_max_y = corner + 8 / EDGE
     before = resident()
     image = rendered(scene, tmp_path / "a.exr")
     assert image.shape == (8, 8, 4)
-    assert (image[..., :3] > 0).all()  # the cube is in the middle
+    assert (image[..., :3] > 0).all()  # the cube is in the middle, the sky in the corners
     assert resident() - before < 100e6  # the whole would take 29 GB
 
 

@@ -52,33 +52,13 @@ def test_objects_that_move_turn_and_grow(scene, tmp_path, position):
     agree(scene, tmp_path)
 
 
-def test_the_camera(scene, tmp_path):
-    """It goes along, turns and zooms."""
-    moving_camera(scene)
-    agree(scene, tmp_path)
+MOVES = (moving_camera, changing_shape, moving_lights, turning_collection, moving_nodes, particles)
 
 
-def test_shapes(scene, tmp_path):
-    """A shape key, on a smooth mesh under a shutter that opens slowly."""
-    changing_shape(scene)
-    agree(scene, tmp_path)
-
-
-def test_lamps_stay_in_the_middle(scene, tmp_path):
-    """Cycles does not blur them, nor do we; a mesh that shines moves."""
-    moving_lights(scene)
-    agree(scene, tmp_path)
-
-
-def test_instances(scene, tmp_path):
-    """Of a collection by an empty that turns."""
-    turning_collection(scene)
-    agree(scene, tmp_path)
-
-
-def test_instances_of_geometry_nodes(scene, tmp_path):
-    """On the points of a plane that turns, and moved by the nodes themselves."""
-    moving_nodes(scene)
+@pytest.mark.parametrize("build", MOVES, ids=lambda build: build.__name__)
+def test_what_else_moves(scene, tmp_path, build):
+    """Lamps are not blurred; a particle born while the shutter is open is not there: both as in Cycles."""
+    build(scene)
     agree(scene, tmp_path)
 
 
@@ -92,12 +72,6 @@ def test_what_comes_or_goes(scene, tmp_path, when):
         owner.hide_render = owner.hide_viewport = state
         owner.keyframe_insert("hide_render", frame=frame)
         owner.keyframe_insert("hide_viewport", frame=frame)
-    agree(scene, tmp_path)
-
-
-def test_particles(scene, tmp_path):
-    """Boxes thrown up from a plane; one that is born while the shutter is open is not there, as in Cycles."""
-    particles(scene)
     agree(scene, tmp_path)
 
 

@@ -12,12 +12,7 @@ from pt_engine.render.integrator import INTEGRATORS
 EXAMPLE = Path(__file__).parents[2] / "examples" / "ambient_occlusion.py"
 
 
-@pytest.fixture(autouse=True)
-def own_integrators():
-    before = dict(INTEGRATORS)
-    yield
-    INTEGRATORS.clear()
-    INTEGRATORS.update(before)
+pytestmark = pytest.mark.usefixtures("own_integrators")
 
 
 def test_the_documented_example_appears_in_the_panel_and_renders(tmp_path):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
+from support.bpy_nodes import shining  # noqa: E402
 from support.bpy_scenes import add, cube, empty_scene  # noqa: E402
 from support.shared_scenes import read_exr  # noqa: E402
 
@@ -24,18 +25,8 @@ EYE = (3.0, -2.0, 1.0)
 def scene():
     registration.register()
     scene = empty_scene()
-    material = bpy.data.materials.new("Position")
-    if material.node_tree is None:
-        material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
-    place, shine, out = (
-        tree.nodes.new("ShaderNode" + kind) for kind in ("NewGeometry", "Emission", "OutputMaterial")
-    )
-    tree.links.new(place.outputs["Position"], shine.inputs["Color"])
-    tree.links.new(shine.outputs[0], out.inputs["Surface"])
     box = cube(size=4.0)
-    box.materials.append(material)
+    box.materials.append(shining("NewGeometry", "Position"))
     add(box, "Box", location=(10, 10, 10))  # all of it at positive coordinates
     scene.camera.location, scene.camera.rotation_euler = (10.3, 10.2, 9.9), (1.2, 0.1, 0.4)
     scene.camera.data.clip_start = 0.05

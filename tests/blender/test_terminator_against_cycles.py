@@ -56,7 +56,7 @@ def test_other_shadows_are_too(name, tmp_path):
 @pytest.mark.parametrize("height", [1.3, -1.3])
 @pytest.mark.parametrize("users", [1, 2])
 def test_stretched_and_mirrored(users, height, tmp_path):
-    """Cycles blends other normals where it moves a mesh into the world: 4 to 6 % of the image (`scene.alone`)."""
+    """Cycles blends other normals where it moves a mesh into the world: 4 to 6 % of the image (`alone`)."""
     owner = build(scale=(1, 0.6, height))
     if users == 2:
         add(owner.data, "Other", location=(0, 50, 0))

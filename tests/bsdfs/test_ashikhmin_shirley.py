@@ -7,23 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import bsdf_checks as checks
-from support.bsdf_checks import direction, f32, repeat, uniforms
+from support.bsdf_checks import LOBES, NARROW, direction, f32, repeat, uniforms
 from support.chi2 import significance
 
 from pt_engine.bsdfs import ashikhmin_shirley as model
 from pt_engine.bsdfs.base import Lobe
 
-# alpha_x, alpha_y, cosine, azimuth
-LOBES = [
-    (1.0, None, 0.9, 0.0),
-    (1.0, None, 0.05, 0.0),
-    (0.3, None, 1.0, 0.0),
-    (0.3, None, 0.2, 2.0),
-    (0.1, None, 0.7, 0.0),
-    (0.1, 0.5, 0.5, 0.6),
-    (1.0, 0.05, 0.3, 1.2),
-]
-NARROW = [(0.01, None, 0.6, 0.5), (0.001, None, 0.9, 0.0), (0.002, None, 0.1, 0.0)]
 N_CHI2 = len(LOBES) + len(NARROW)
 
 
@@ -39,9 +28,7 @@ def test_samples_follow_the_density(ax: float, ay: float | None, cos: float, phi
 @pytest.mark.parametrize(("alpha", "ay", "cos", "phi"), NARROW)
 def test_narrow_lobes_follow_the_density(alpha: float, ay: None, cos: float, phi: float) -> None:
     """Looked at closely: a grid about the mirror direction that spans a few α."""
-    mirror = tuple(float(x) for x in (direction(cos, phi) * np.array([[-1], [-1], [1]]))[:, 0])
-    cap = float(1 - np.cos(min(8 * alpha, 1.0)))
-    p = checks.chi2(model, params(alpha, ay), direction(cos, phi), pole=mirror, cap=cap)
+    p = checks.chi2_about_mirror(model, params(alpha, ay), direction(cos, phi), alpha)
     assert p > significance(N_CHI2)
 
 

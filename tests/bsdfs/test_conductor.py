@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import bsdf_checks as checks
 from support import mitsuba_bsdfs
-from support.bsdf_checks import direction, f32, repeat, uniforms
+from support.bsdf_checks import LOBES, NARROW, direction, f32, repeat, uniforms
 from support.chi2 import significance
 
 from pt_engine.bsdfs import conductor, conductor_beckmann
@@ -18,17 +18,6 @@ from pt_engine.bsdfs.base import Lobe
 
 MODELS = {"ggx": conductor, "beckmann": conductor_beckmann}
 GOLD = {"eta": f32(0.143, 0.375, 1.442), "k": f32(3.983, 2.386, 1.603)}
-# alpha_x, alpha_y, cosine, azimuth
-LOBES = [
-    (1.0, None, 0.9, 0.0),
-    (1.0, None, 0.05, 0.0),
-    (0.3, None, 1.0, 0.0),
-    (0.3, None, 0.2, 2.0),
-    (0.1, None, 0.7, 0.0),
-    (0.1, 0.5, 0.5, 0.6),
-    (1.0, 0.05, 0.3, 1.2),
-]
-NARROW = [(0.01, None, 0.6, 0.5), (0.001, None, 0.9, 0.0), (0.002, None, 0.1, 0.0)]
 N_CHI2 = 2 * (len(LOBES) + len(NARROW))
 
 
@@ -50,9 +39,7 @@ def test_narrow_lobes_follow_the_density(
     model: ModuleType, alpha: float, ay: None, cos: float, phi: float
 ) -> None:
     """Looked at closely: a grid about the mirror direction that spans a few α."""
-    mirror = tuple(float(x) for x in (direction(cos, phi) * np.array([[-1], [-1], [1]]))[:, 0])
-    cap = float(1 - np.cos(min(8 * alpha, 1.0)))
-    p = checks.chi2(model, params(alpha, ay), direction(cos, phi), pole=mirror, cap=cap)
+    p = checks.chi2_about_mirror(model, params(alpha, ay), direction(cos, phi), alpha)
     assert p > significance(N_CHI2)
 
 

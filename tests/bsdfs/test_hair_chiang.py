@@ -54,25 +54,6 @@ def test_clear_hair_in_a_white_furnace_vanishes(case: tuple) -> None:
     np.testing.assert_allclose(s.weight, 1, rtol=1e-4)
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_weakened_lobes_are_sampled_as_they_are(case: tuple) -> None:
-    weak = hair(*case[:5])._replace(strength=f32(0.5, 1.0, 0.2))
-    assert checks.chi2(hair_chiang, weak, direction(*case[5:])) > significance(len(CASES))
-    checks.check_weight_is_value_over_pdf(hair_chiang, weak, direction(*case[5:]), rtol=1e-4)
-
-
-@pytest.mark.parametrize("case", CASES)
-def test_the_strengths_of_lobes_share_out_the_energy(case: tuple) -> None:
-    """Clear hair: each lobe alone sends back less than 1, and together they are 1."""
-    wi, total = repeat(direction(*case[5:]), 4000), 0.0
-    for strength in np.eye(3, dtype=np.float32):
-        only = hair(*case[:5], CLEAR)._replace(strength=strength[:, np.newaxis])
-        weight = hair_chiang.sample(only, wi, *uniforms(4000)).weight
-        np.testing.assert_allclose(weight, weight[0, 0], rtol=1e-4)  # every sample the same: Ap
-        total += float(weight[0, 0])
-    assert total == pytest.approx(1, rel=1e-4)
-
-
 def test_hair_takes_what_its_colour_absorbs() -> None:
     """Without a Fresnel reflection (η = 1) light passes once, along 2 cosγ/cosθ radii: Beer's law."""
     h, cos = 0.6, 0.8

@@ -86,3 +86,20 @@ def test_lanes_do_not_depend_on_the_batch():
         some_a, some_b = a[:, part].copy(), b[:, part].copy()
         np.testing.assert_array_equal(vectors.dot(a, b)[part], vectors.dot(some_a, some_b))
         np.testing.assert_array_equal(vectors.normalize(a)[:, part], vectors.normalize(some_a))
+
+
+def test_turning_round_is_a_product_with_the_sign():
+    rng = np.random.default_rng(3)
+    a = rng.normal(size=(3, 1000)).astype(np.float32)
+    sign = rng.normal(size=1000).astype(np.float32)
+    sign[:2] = 0.0, -0.0
+    expected = a * np.copysign(np.float32(1), sign)
+    vectors.flipped(a, sign)
+    np.testing.assert_array_equal(a, expected)
+
+
+def test_nothing_but_zero_is_zero():
+    """Of either sign; the smallest denormal and NaN are something."""
+    a = np.zeros((3, 5), np.float32)
+    a[0, 1], a[1, 2], a[2, 3], a[:, 4] = -0.0, 1e-45, np.nan, -np.inf
+    assert vectors.nonzero3(a).tolist() == [False, False, True, True, True]

@@ -30,8 +30,9 @@ class Space(NamedTuple):
     """What a model's parameters may be, and how large a sample's weight and the albedo may be.
 
     A lobe that is chosen by the mean of three channels may carry three times as much in one, and a third
-    more where its chance is a few steps of 2⁻²⁴. Midpoints overrate Oren-Nayar's albedo by 1e-3. Models that
-    are not drawn in proportion to their value have no bound, and some, as Cycles has them, gain energy.
+    more where its chance is a few steps of 2⁻²⁴. 1,024 midpoints overrate Oren-Nayar's albedo by up to 8e-3
+    and that of tinted glass, seen grazing, by 4e-3; 130,000 do so by less than 1e-4. Models that are not
+    drawn in proportion to their value have no bound, and some, as Cycles has them, gain energy.
     """
 
     fields: dict
@@ -67,21 +68,21 @@ MODELS = {
     "conductor of a complex index": Space({**FACETS, "eta": COMPLEX, "k": COMPLEX}),
     "conductor of two colours under a film": Space({**METAL, "color": COLOR, "edge_tint": COLOR, **FILM}),
     "conductor of a complex index under a film": Space({**FACETS, "eta": COMPLEX, "k": COMPLEX, **FILM}),
-    "dielectric under a film": Space({**GLASS, **FILM}, 4.0),
-    "dielectric": Space({**GLASS, "specular_tint": maybe(COLOR)}, 4.0),
-    "dielectric_beckmann": Space({**GLASS, "specular_tint": maybe(COLOR)}, 4.0),
+    "dielectric under a film": Space({**GLASS, **FILM}, 4.0, 1.005),
+    "dielectric": Space({**GLASS, "specular_tint": maybe(COLOR)}, 4.0, 1.005),
+    "dielectric_beckmann": Space({**GLASS, "specular_tint": maybe(COLOR)}, 4.0, 1.005),
     "diffuse": Space({}),
     "hair_chiang": Space(HAIR, 1e30),
     "hair_reflection": Space(STRAND),
     "hair_transmission": Space(STRAND),
-    "oren_nayar": Space({"roughness": UNIT, "color": COLOR}, 1e30, 1.003),
+    "oren_nayar": Space({"roughness": UNIT, "color": COLOR}, 1e30, 1.01),
     "plastic": Space(
         {"alpha": UNIT, "eta": ABOVE_ONE, "diffuse": COLOR, "nonlinear": maybe(UNIT)}, 1e30, 1.02
     ),
     "ray_portal": Space({"direction": st.sampled_from([(0.0, 0.6, 0.8), (0.0, 0.0, -1.0)])}),
     "refraction": Space({"alpha": UNIT, "eta": INDEX}),
     "refraction_beckmann": Space({"alpha": UNIT, "eta": INDEX}),
-    "rough_translucent": Space({"roughness": UNIT, "color": COLOR}, 1e30, 1.003),
+    "rough_translucent": Space({"roughness": UNIT, "color": COLOR}, 1e30, 1.01),
     "sheen": Space({"roughness": UNIT}, 1e30, 1.02),
     "specular": Space({"alpha_x": UNIT, "alpha_y": maybe(UNIT), "eta": INDEX, "tint": maybe(COLOR)}),
     "thin_transmission": Space({"alpha": UNIT}),

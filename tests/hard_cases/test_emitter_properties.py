@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.lamps import density, floor, lights, points, texel_directions, up
 from support.spaces import EXAMPLES, UNIFORMS, WEIGHT, lamps
@@ -83,7 +83,7 @@ def test_skies_are_sampled_as_they_are_met(data, rows):
     assert abs(whole - 1) < 0.02
 
 
-@EXAMPLES
+@settings(EXAMPLES, max_examples=12)
 @given(st.lists(lamps(), min_size=8, max_size=16), st.booleans())
 def test_the_choice_among_many_is_a_probability(some, opaque):
     """Σ pmf = 1 anywhere, each > 0, samples finite; of any lamps over a floor."""

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from support.bsdf_checks import direction
 from support.closures import compiled_closures, name_of
+from support.node_lanes import NodeLanes
 from support.scenes import rgba, shader
 
 from pt_engine.bsdfs import hair_chiang
+from pt_engine.nodes import hair, hair_huang
 from pt_engine.nodes.batch import Closure
 from pt_engine.nodes.compile import compile_materials
 from pt_engine.nodes.coverage import APPROXIMATE
@@ -20,11 +23,11 @@ X_EDGE = np.array([[1.0], [0.0], [0.0]], np.float32)
 
 
 def principled(way: str = "COLOR", model: str = "CHIANG", **sockets: Any) -> Closure:
-    """The closure of a Principled Hair; underscores stand for spaces."""
-    inputs = {name.replace("_", " "): value for name, value in sockets.items()}
+    """The closure of a round Principled Hair; underscores stand for spaces."""
+    inputs = {name.replace("_", " "): value for name, value in ({"Aspect_Ratio": 1.0} | sockets).items()}
     graph = shader("BsdfHairPrincipled", props={"model": model, "parametrization": way}, **inputs)
     (closure,) = compiled_closures(graph, direction(0.6, np.pi / 2))
-    assert name_of(closure) == "hair_chiang"
+    assert name_of(closure) == f"hair_{model.lower()}"
     return closure
 
 
@@ -91,20 +94,56 @@ def test_coat_makes_the_first_reflection_smoother() -> None:
     np.testing.assert_allclose(closure.params.v, hair_chiang.variance(np.float32(0.4)), rtol=1e-5)
 
 
-@pytest.mark.parametrize(("model", "effect"), [("CHIANG", "on meshes"), ("HUANG", "instead of Huang's")])
+@pytest.mark.parametrize(("model", "effect"), [("CHIANG", "bumped; here not"), ("HUANG", "toward lamps")])
 def test_where_hair_is_not_cycles_is_listed(model: str, effect: str) -> None:
     graph = shader("BsdfHairPrincipled", props={"model": model})
     (entry,) = compile_materials([graph]).coverage
     assert entry.state == APPROXIMATE
     assert effect in entry.effect
-    closure = principled(model=model, Roughness=0.4, Radial_Roughness=0.9, Coat=1.0)
-    around = 0.4 if model == "HUANG" else 0.9  # Huang's has one roughness and no coat
-    np.testing.assert_allclose(closure.params.s, hair_chiang.scale(np.float32(around)), rtol=1e-5)
 
 
-def test_huangs_lobes_have_strengths() -> None:
-    """None where all are 1, and never below 0; Chiang's model has no such inputs."""
-    assert principled(model="HUANG").params.strength is None
+def test_huangs_hair_has_one_roughness_and_its_lobes_strengths() -> None:
+    """None where all are 1, and never below 0; the colour's absorption goes by the one roughness."""
+    closure = principled(model="HUANG", Roughness=0.4, Radial_Roughness=0.9, Offset=0.1, IOR=1.4)
+    assert closure.params.strength is None
+    np.testing.assert_allclose(closure.params.alpha, 0.4)
+    np.testing.assert_allclose(closure.params.tilt, -0.1)
+    np.testing.assert_allclose(closure.params.eta, 1.4)
+    other = principled(model="CHIANG", Roughness=0.9, Radial_Roughness=0.4)
+    np.testing.assert_allclose(closure.params.sigma, other.params.sigma)
     weak = principled(model="HUANG", R_lobe=0.5, TT_lobe=-1.0, TRT_lobe=2.0)
     np.testing.assert_allclose(weak.params.strength[:, 0], [0.5, 0, 2])
-    assert principled(R_lobe=0.5).params.strength is None
+
+
+def test_huangs_hair_is_drawn_anew_with_each_path() -> None:
+    """Even and independent uniforms from the lanes' noise, other ones for another node; without, halves."""
+    n = 4096
+    noise = np.random.default_rng(3).integers(0, 2**32, (2, n), dtype=np.uint32)
+    one, other = (np.concatenate(vectors) for vectors in (drawn(noise, 1), drawn(noise, 2)))
+    np.testing.assert_allclose(one.mean(axis=1), 0.5, atol=4 / np.sqrt(12 * n))
+    table = np.corrcoef(np.concatenate([one, other]))
+    assert np.abs(table - np.eye(len(table))).max() < 5 / np.sqrt(n)
+    assert all((u == 0.5).all() for u in hair_huang.ways.function(NodeLanes(n), 1))
+
+
+def drawn(noise: np.ndarray, key: int) -> list[np.ndarray]:
+    return [np.atleast_2d(u) for u in hair_huang.ways.function(NodeLanes(noise.shape[1], noise=noise), key)]
+
+
+@pytest.mark.parametrize("aspect", [0.4, 2.5])
+def test_flat_hair_is_the_narrower_the_more_it_is_seen_from_its_edge(aspect: float) -> None:
+    """√(cos²φ + b² sin²φ) of the radius; either axis may be the longer one on strands, as in Cycles."""
+    b = hair_huang.shorter.function(np.float32([aspect]), np.float32([1]))
+    np.testing.assert_allclose(b, 0.4)
+    phi = np.float32([0, np.pi / 2, 1])
+    edge = np.sqrt(np.cos(phi) ** 2 + 0.16 * np.sin(phi) ** 2)
+    for share, missed in ((0.99, 0), (1.01, 1)):
+        np.testing.assert_array_equal(hair_huang.beside.function(-share * edge, phi, b), missed)
+
+
+def test_strands_have_random_numbers_of_their_own() -> None:
+    """Where Random is not linked and something asks for it; meshes have the socket's."""
+    lanes = NodeLanes(3)
+    lanes.rounds = SimpleNamespace(curves=np.array([0, 2]))
+    lanes.strand = lambda: np.array([[0.0], [0], [0.75], [0]], np.float32).repeat(3, axis=1)
+    np.testing.assert_allclose(hair.own_random.function(lanes, np.float32([0.25])), [0.75, 0.25, 0.75])

@@ -158,9 +158,10 @@ CASES = [
     for props in SETTINGS.get(kind, [{}])
     for left in ((), ISOTROPIC)
 ]
-CASES.append(
-    pytest.param("BsdfPrincipled", ("Normal",), {}, id="BsdfPrincipled, its coat alone has a normal")
-)
+CASES += [
+    pytest.param("BsdfPrincipled", ("Normal",), {}, id="BsdfPrincipled, its coat alone has a normal"),
+    pytest.param("BsdfHairPrincipled", ("Random",), {}, id="BsdfHairPrincipled, its Random the strands' own"),
+]
 
 
 def reader() -> GraphReader:

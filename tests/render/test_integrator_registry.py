@@ -14,12 +14,7 @@ from pt_engine.scene.prepare import prepare
 LADDER = ["normals", "direct_bsdf", "direct_emitter", "direct_mis", "path_fixed", "path", "path_active"]
 
 
-@pytest.fixture(autouse=True)
-def _registry():
-    before = dict(INTEGRATORS)
-    yield
-    INTEGRATORS.clear()
-    INTEGRATORS.update(before)
+pytestmark = pytest.mark.usefixtures("own_integrators")
 
 
 def test_the_ladder_is_there_in_its_order():

@@ -13,7 +13,7 @@ from pt_engine.bsdfs.base import Lobe
 from pt_engine.core.raykind import RayKind
 from pt_engine.core.samplers import SAMPLERS
 from pt_engine.render.dimensions import CAMERA, PER_BOUNCE, LaneSampler
-from pt_engine.render.path_state import DEPTH_OF_LOBE, KIND_OF_LOBE, PathState, leave, mis
+from pt_engine.render.path_state import DEPTH_OF_LOBE, KIND_OF_LOBE, PathState, mis
 from pt_engine.scene.prepare import prepare
 from pt_engine.scene.shading import Scattered
 from pt_engine.scene.wave import Found, Rays
@@ -174,7 +174,7 @@ def test_rays_leave_on_the_side_they_go_to():
     """By the bound along the geometric normal, outward or inward."""
     si = hits()
     for sign in (1, -1):
-        rays = leave(si, np.ascontiguousarray(sign * si.ng))
+        rays = start(False).scatter(si, scattered()._replace(wo=np.ascontiguousarray(sign * si.ng)))
         moved = ((rays.o - si.p) * si.ng).sum(axis=0)
         np.testing.assert_allclose(moved, sign * si.bound, atol=2e-7)
         assert (rays.tfar > 1e30).all()

@@ -25,7 +25,7 @@ def scene():
 
 
 def settings(**more) -> RenderSettings:
-    defaults = {"samples": 16, "threads": 1, "lanes": 64, "sampler": "independent"}
+    defaults = {"samples": 16, "threads": 1, "lanes": 16, "sampler": "independent"}
     return RenderSettings(16, 16, **{**defaults, **more})
 
 
@@ -34,15 +34,6 @@ def _no_thread_is_left():
     before = set(threading.enumerate())
     yield
     assert set(threading.enumerate()) <= before
-
-
-@pytest.fixture
-def integrators():
-    """The registry, as it was afterwards."""
-    before = dict(INTEGRATORS)
-    yield
-    INTEGRATORS.clear()
-    INTEGRATORS.update(before)
 
 
 THREADS = pytest.mark.parametrize("threads", [1, 2, 3])
@@ -163,7 +154,7 @@ class Failing(Integrator):
 
 
 @THREADS
-@pytest.mark.usefixtures("integrators")
+@pytest.mark.usefixtures("own_integrators")
 def test_a_failure_in_a_worker_arrives_in_the_caller(threads):
     Failing.calls, INTEGRATORS["failing"] = 0, Failing
     done = []
@@ -184,7 +175,7 @@ def test_stopped_at_any_of_200_moments_a_render_is_sound():
         left = iter(range(int(polls)))
         result = render(
             scene(),
-            settings(threads=int(threads), lanes=256),
+            settings(threads=int(threads), lanes=256, integrator="direct_mis"),
             should_stop=lambda left=left: next(left, None) is None,
         )
         cancelled += result.cancelled
@@ -217,7 +208,7 @@ class Poisoned(Integrator):
 
 
 @THREADS
-@pytest.mark.usefixtures("integrators")
+@pytest.mark.usefixtures("own_integrators")
 def test_samples_that_are_not_finite_are_counted_and_named(threads):
     """Left out of the film, counted all, and the first 20 told with their pixel and sample."""
     INTEGRATORS["poisoned"] = Poisoned
@@ -233,7 +224,7 @@ def test_samples_that_are_not_finite_are_counted_and_named(threads):
     assert (np.delete(result.film.counts().ravel(), 5 * 16 + 3) == 30).all()
 
 
-@pytest.mark.usefixtures("integrators")
+@pytest.mark.usefixtures("own_integrators")
 def test_pixels_are_named_in_the_full_image():
     INTEGRATORS["poisoned"] = Poisoned
     how = settings(

@@ -40,6 +40,20 @@ def test_three_strategies_agree_under_a_sun(tilt):
     assert_same_mean(b, c)
 
 
+def test_emitters_alone_find_the_dark_part_of_a_sky_too():
+    """Only estimators that combine may leave what is darker than the mean to BSDF sampling."""
+    snapshot = make.scene(
+        [(make.quad(9.0), np.eye(4), make.diffuse(0.8))],
+        make.orthographic((0, 0, 3), (0, 0, 0), 1.0),
+        sky=sky(0.6, sun_disc=False),
+    )
+    a, b = (
+        make.rendered(snapshot, 8, samples=256, integrator=name, seed=k)
+        for k, name in enumerate(("direct_bsdf", "direct_emitter"))
+    )
+    assert_same_mean(a, b)
+
+
 def test_a_small_sun_costs_no_noise():
     """A sample of the light on an open floor deviates by less than its mean: sun or sky, and what of it.
 

@@ -7,7 +7,6 @@ import pytest
 from support import scenes as make
 from support.hits import Shot, column, placed, random_directions, rotation, shoot
 
-from pt_engine.render.path_state import leave
 from pt_engine.scene.accel import FAR, MISS, Accel
 from pt_engine.scene.prepare import prepare
 from pt_engine.scene.scene import Scene
@@ -30,7 +29,8 @@ def at_a_distance(mesh, size: float, away: float) -> Scene:
 
 def onward(scene: Scene, shot: Shot, w: np.ndarray) -> Shot:
     """Rays from the hit points along world directions w (3, N)."""
-    rays = leave(shot.si, np.ascontiguousarray(w, np.float32))
+    w = np.ascontiguousarray(w, np.float32)
+    rays = Rays(shot.si.start(w), w, np.full(shot.si.size, FAR, np.float32))
     found = scene.intersect(rays)
     lanes = np.flatnonzero(found.hits.prim != MISS)
     return Shot(rays, found, lanes, scene.surface(rays, found, lanes))

@@ -50,7 +50,15 @@ def with_a_catcher(snapshot):
     return replace(snapshot, instances=replace(snapshot.instances, visibility=bits))
 
 
-@pytest.mark.parametrize("change", [lambda s: s, moved, with_a_catcher], ids=["still", "moving", "catcher"])
+CHANGES = {
+    "still": lambda snapshot: snapshot,
+    "moving": moved,
+    "catcher": with_a_catcher,
+    "moving beside a catcher": lambda snapshot: moved(with_a_catcher(snapshot)),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
 def test_it_is_the_scene_prepared_for_that_camera_bit_for_bit(change):
     """Radiance, features and coverage; and the first view is as it was."""
     snapshot = change(room(GLASS, SOFT_LAMP, make.world(0.3)))

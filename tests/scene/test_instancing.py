@@ -11,7 +11,6 @@ from support.hits import column, lanes_of, placed, random_directions, rotation, 
 from support.motion import moving
 
 from pt_engine.core.raykind import RayKind
-from pt_engine.render.path_state import leave
 from pt_engine.render.progressive import render
 from pt_engine.render.settings import RenderSettings
 from pt_engine.scene import instancing
@@ -135,7 +134,8 @@ def test_no_ray_hits_where_it_starts(way, matrix):
     assert first.si.size >= n - 1
     for k in range(2):
         w = random_directions(n, 2 + k).T.astype(np.float32)[:, : first.si.size]
-        rays_ = leave(first.si, np.ascontiguousarray(w))
+        w = np.ascontiguousarray(w)
+        rays_ = Rays(first.si.start(w), w, np.full(first.si.size, FAR, np.float32))
         found = scene.intersect(rays_)
         inward = np.einsum("ij,ij->j", w, first.si.ng) > 0
         again = found.hits.prim // 2 == first.si.prim // 2

@@ -13,11 +13,13 @@ import numpy as np
 import pytest
 from support import measured_memory as measured
 from support import scenes as make
+from support import strands
 
 from pt_engine.core import free_memory
 from pt_engine.render import memory as image_memory
 from pt_engine.render.settings import RenderSettings
 from pt_engine.scene import instancing
+from pt_engine.scene.hulls import Hulls
 from pt_engine.scene.memory import TooLarge, need, sharing_that_fits
 from pt_engine.scene.prepare import prepare
 
@@ -112,3 +114,29 @@ def test_free_memory_is_what_the_system_and_the_container_leave(tmp_path):
     assert free_memory.group_room(tmp_path) is None
     assert free_memory.smallest(None, 7, 5) == 5
     assert free_memory.smallest(None) is None
+
+
+@pytest.mark.parametrize("shape", ["RIBBON", "THICK", "LINEAR"])
+def test_hulls_are_as_large_as_their_outlines(shape):
+    """Counted before they are made, and without taking memory themselves."""
+    hair, points = strands.tuft(30, 5, 0.02, shape), strands.cloud(np.eye(3), 0.1)
+    hulls = Hulls(strands.snapshot([hair], [points]))
+    for before, after in zip(hulls.outlines(), hulls.meshes, strict=True):
+        for name in ("vertices", "triangles", "material_slot"):
+            one, other = getattr(before, name), getattr(after, name)
+            assert one.shape == other.shape
+            assert one.dtype == other.dtype
+        assert before.vertices.strides == (0, 0)
+
+
+def test_hair_that_does_not_fit_is_refused_before_its_hulls_are_made(monkeypatch):
+    """1,000 strands: the hulls are the most of it."""
+    snapshot = strands.snapshot([strands.tuft(1000, 5, 0.02, "RIBBON")])
+    made = []
+    make_one = Hulls._mesh
+    monkeypatch.setattr(Hulls, "_mesh", staticmethod(lambda *a: made.append(1) or make_one(*a)))
+    with pytest.raises(TooLarge, match=r"and 1\.00 MB are left: [0-9,]+ triangles"):
+        prepare(snapshot, memory=1_000_000)
+    assert not made
+    prepare(snapshot, memory=100_000_000)
+    assert made

@@ -79,7 +79,7 @@ def test_the_lift_fades_in_from_the_cutoff_on(share):
     o = si.p.copy()
     scene.terminator.lift(scene, si, wo, o, np.full(si.size, 1e30, np.float32))
     lifted = np.linalg.norm(o - si.p - si.bound * si.ng * (share > 0), axis=0)
-    expected = share * np.linalg.norm(height(scene, si, si.ng), axis=0)
+    expected = share * np.linalg.norm(height(scene, si, si.ng, None), axis=0)
     assert expected.max() > 0.01 or share == 0
     np.testing.assert_allclose(lifted, expected, atol=3e-6)
 
@@ -168,7 +168,7 @@ def replace_triangles(mesh, keep):
 
 
 def test_a_moving_ball_is_lifted_where_it_is():
-    """A slice is the scene that stands still at its time, bit for bit; two share the mesh, as `alone` has it."""
+    """A slice is the scene that stands still at its time, bit for bit; two share the mesh (see `alone`)."""
     path = [make.translation(-0.3, 0, 0), make.translation(0.3, 0, 0.1) @ np.diag([1, 0.8, 1.2, 1.0])]
     floor = make.quad(8.0), make.translation(0, 0, -1.4), WHITE
     top = make.quad(0.1), make.translation(0, 0, 4), WHITE  # the scene's box is the same at all times

@@ -16,6 +16,18 @@ def with_nodes(owner):
     return owner.node_tree
 
 
+def shining(kind, output, socket="Color"):
+    """A material whose emission takes its colour or strength from an output of a node."""
+    made = bpy.data.materials.new(kind)
+    tree = with_nodes(made)
+    source, shine, out = (
+        tree.nodes.new("ShaderNode" + name) for name in (kind, "Emission", "OutputMaterial")
+    )
+    tree.links.new(source.outputs[output], shine.inputs[socket])
+    tree.links.new(shine.outputs[0], out.inputs["Surface"])
+    return made
+
+
 class Tree:
     """A material's tree with a Principled BSDF, and shorthands to build on it."""
 

@@ -14,6 +14,17 @@ from .chi2 import chi2_sphere
 
 Array = NDArray[np.float32]
 LARGEST = np.float32(1 - 2**-24)  # the largest uniform
+# of microfacets: alpha_x, alpha_y, cosine, azimuth
+LOBES = [
+    (1.0, None, 0.9, 0.0),
+    (1.0, None, 0.05, 0.0),
+    (0.3, None, 1.0, 0.0),
+    (0.3, None, 0.2, 2.0),
+    (0.1, None, 0.7, 0.0),
+    (0.1, 0.5, 0.5, 0.6),
+    (1.0, 0.05, 0.3, 1.2),
+]
+NARROW = [(0.01, None, 0.6, 0.5), (0.001, None, 0.9, 0.0), (0.002, None, 0.1, 0.0)]
 
 
 def f32(*values: float) -> Array:
@@ -54,6 +65,12 @@ def chi2(model: ModuleType, params: Any, wi: Array, *, n: int = 100_000, **optio
         return model.eval_pdf(params, repeat(wi, wo.shape[1]), wo)[1]
 
     return chi2_sphere(draw, pdf, n=n, **options)
+
+
+def chi2_about_mirror(model: ModuleType, params: Any, wi: Array, alpha: float) -> float:
+    """The same on a grid about the mirror direction that spans a few α."""
+    x, y, z = (float(c) for c in wi[:, 0])
+    return chi2(model, params, wi, pole=(-x, -y, z), cap=float(1 - np.cos(min(8 * alpha, 1.0))))
 
 
 def square_midpoints(rows: int) -> Array:

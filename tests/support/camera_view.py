@@ -6,6 +6,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 from support.bpy_scenes import export
+from support.exr import pixels
 
 from pt_engine.core.raykind import RayKind
 from pt_engine.scene.arrivals import Arrivals
@@ -33,13 +34,7 @@ def cycles(scene):
         path = Path(folder, "picture.exr")
         scene.render.filepath = str(path)
         bpy.ops.render.render(write_still=True)
-        image = bpy.data.images.load(str(path))
-        image.colorspace_settings.name = "Non-Color"
-        pixels = np.empty(len(image.pixels), np.float32)
-        image.pixels.foreach_get(pixels)
-        channels = image.channels
-        bpy.data.images.remove(image)
-    return np.ascontiguousarray(pixels.reshape(-1, channels)[:, :3].T)
+        return np.ascontiguousarray(pixels(path)[..., :3].reshape(-1, 3).T)
 
 
 def shot(ready, sample):

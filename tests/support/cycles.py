@@ -44,18 +44,22 @@ def by_cycles(samples: int, size: tuple[int, int], folder: Path, **more: Any) ->
     """RGBA images of seeds 0 and 1, top row first; `more` are settings of Cycles."""
     scene = bpy.context.scene
     choose_cycles(samples, size, **more)
-    settings = scene.render
-    form = settings.image_settings
-    if hasattr(form, "media_type"):
-        form.media_type = "IMAGE"
-    form.file_format, form.color_mode, form.color_depth = "OPEN_EXR", "RGBA", "32"
+    into_exr()
     images = []
     for seed in (0, 1):
         scene.cycles.seed = seed
-        settings.filepath = str(folder / f"cycles{seed}.exr")
+        scene.render.filepath = str(folder / f"cycles{seed}.exr")
         bpy.ops.render.render(write_still=True)
-        images.append(read_exr(settings.filepath))
+        images.append(read_exr(scene.render.filepath))
     return images[0], images[1]
+
+
+def into_exr() -> None:
+    """Have the scene's pictures written as they are, with alpha."""
+    form = bpy.context.scene.render.image_settings
+    if hasattr(form, "media_type"):
+        form.media_type = "IMAGE"
+    form.file_format, form.color_mode, form.color_depth = "OPEN_EXR", "RGBA", "32"
 
 
 def choose_cycles(samples: int, size: tuple[int, int], **more: Any) -> None:

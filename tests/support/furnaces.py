@@ -170,6 +170,7 @@ def lanes_of(shape, points, given):
         colors={k: np.repeat(v, points, axis=1) for k, v in shape.table.items()},
         **{k: np.repeat(v, points, axis=-1) for k, v in given.items()},
     )
+    here.noise = np.random.default_rng(3).integers(0, 2**32, (2, here.n), dtype=np.uint32)
     slope = here.ng[0] / here.ng[2]
     x = np.stack([np.ones_like(slope), np.zeros_like(slope), -slope])
     y = np.repeat(np.array([[0.0], [1.0], [0.0]], np.float32), here.n, axis=1)

@@ -27,6 +27,12 @@ def in_motion(build, blurred=True):
     scene.render.use_motion_blur = blurred
 
 
+def rolling(scene):
+    """Each row of pixels has its own part of the shutter's time."""
+    scene.cycles.rolling_shutter_type, scene.cycles.rolling_shutter_duration = "TOP", 0.2
+    moving_room.moving_box(scene)
+
+
 def faces_that_instance():
     """A box on each face of a grid."""
     moving_room.stage().render.use_motion_blur = False
@@ -145,6 +151,12 @@ def seen_by(change):
     change(seen_room.room())
 
 
+def glass_before_the_sky():
+    """A pane through which nothing but the transparent film is seen."""
+    seen_room.clear_film(roughness=0.1)(seen_room.room())
+    seen_room.of("Glass").location.z = 2.2
+
+
 def border(crop):
     """A part of the picture."""
     own_scenes.with_camera(own_scenes.set_to())
@@ -193,6 +205,7 @@ ITEMS: dict[str, dict[str, Callable[[], None]]] = {
     "Motion": {
         "objects that move, turn and grow": partial(in_motion, moving_room.moving_box),
         "the camera": partial(in_motion, moving_room.moving_camera),
+        "rolling shutter": partial(in_motion, rolling),
         "deformation, shutter curve": partial(in_motion, moving_room.changing_shape),
         "instances of a collection": partial(in_motion, moving_room.turning_collection),
         "instances of geometry nodes": partial(in_motion, moving_room.moving_nodes),
@@ -239,10 +252,10 @@ ITEMS: dict[str, dict[str, Callable[[], None]]] = {
             "one material",
             "another world",
             "clear film",
-            "clear film behind glass",
             "clear film behind rough glass",
         )
-    },
+    }
+    | {"clear film behind glass": glass_before_the_sky},
     "Environment": {
         "image with a small sun": own["environment-map"],
         "made by nodes": node_made_world,

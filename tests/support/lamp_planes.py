@@ -3,6 +3,7 @@
 import bpy
 import numpy as np
 import pytest
+from support.exr import pixels
 
 PIXELS, WIDTH = 8, 4.0
 
@@ -65,12 +66,7 @@ def cycles(scene, path, seed, samples):
     scene.render.image_settings.color_depth = "32"
     scene.render.filepath = str(path / "cycles.exr")
     bpy.ops.render.render(write_still=True)
-    image = bpy.data.images.load(scene.render.filepath)
-    image.colorspace_settings.name = "Non-Color"
-    pixels = np.empty(PIXELS * PIXELS * 4, np.float32)
-    image.pixels.foreach_get(pixels)
-    bpy.data.images.remove(image)
-    return pixels.reshape(-1, 4)[:, :3].astype(np.float64)
+    return pixels(scene.render.filepath)[..., :3].reshape(-1, 3).astype(np.float64)
 
 
 def ours(lights, side, origin=0.0):

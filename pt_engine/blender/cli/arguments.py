@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from ... import __version__
+from .converters import assignment, pair, path_ending, positive, whole
 
 
 def parser() -> argparse.ArgumentParser:
@@ -16,6 +17,13 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=f"pt_engine {__version__}")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
+    for add in (add_render, add_replay, add_inspections, add_compare, add_whatif, add_selftest):
+        add(commands)
+    return top
+
+
+def add_render(commands) -> None:
+    """The command that makes pictures."""
     render = commands.add_parser(
         "render",
         allow_abbrev=False,
@@ -41,6 +49,9 @@ def parser() -> argparse.ArgumentParser:
     output.add_argument("--progress", action="store_true", help="a progress bar even without a terminal")
     output.add_argument("--quiet", action="store_true", help="only errors")
 
+
+def add_replay(commands) -> None:
+    """The command that walks one path again."""
     replay = commands.add_parser(
         "replay",
         allow_abbrev=False,
@@ -59,9 +70,10 @@ def parser() -> argparse.ArgumentParser:
         "--sample", type=whole(0), required=True, metavar="N", help="the sample's number, from 0"
     )
     replay.add_argument("--view", metavar="NAME", help="of a multi-view render (default: its first)")
-    add_inspections(commands)
-    add_accuracy(commands)
 
+
+def add_selftest(commands) -> None:
+    """The command that needs no file."""
     selftest = commands.add_parser(
         "selftest",
         allow_abbrev=False,
@@ -71,7 +83,6 @@ def parser() -> argparse.ArgumentParser:
     )
     selftest.add_argument("--all", action="store_true", help="the slow cases too")
     selftest.add_argument("--markdown", type=Path, metavar="F.md", help="write the table as a page, too")
-    return top
 
 
 def add_inspections(commands) -> None:
@@ -96,8 +107,8 @@ def add_inspections(commands) -> None:
     explain.add_argument("material", metavar="MATERIAL")
 
 
-def add_accuracy(commands) -> None:
-    """The commands that say what accuracy costs."""
+def add_compare(commands) -> None:
+    """The command that says which estimator is worth its time."""
     compare = commands.add_parser(
         "compare",
         allow_abbrev=False,
@@ -131,6 +142,12 @@ def add_accuracy(commands) -> None:
         help="but for no more core seconds than that (default 60)",
     )
     compare.add_argument("--no-cache", action="store_true", help="keep no reference for the next time")
+    add_results(compare)
+    compare.add_argument("other", type=Path, nargs="?", metavar="B.exr", help="compares image FILE with it")
+
+
+def add_whatif(commands) -> None:
+    """The command that says what each effect costs."""
     whatif = commands.add_parser(
         "whatif",
         allow_abbrev=False,
@@ -138,13 +155,16 @@ def add_accuracy(commands) -> None:
         description="Renders with one effect at a time taken out: soft shadows, depth of field, glossy "
         "bounces, caustics, transparency ... --seconds are CPU core seconds of each render (default 4).",
     )
-    for command in (compare, whatif):
-        add_scene_options(command)
-        output = command.add_argument_group("output")
-        output.add_argument("--json", type=Path, metavar="F.json", help="the results as JSON; - for here")
-        output.add_argument("--report", type=path_ending("html"), metavar="P.html", help="a page to read")
-        output.add_argument("--quiet", action="store_true", help="no progress")
-    compare.add_argument("other", type=Path, nargs="?", metavar="B.exr", help="compares image FILE with it")
+    add_results(whatif)
+
+
+def add_results(command: argparse.ArgumentParser) -> None:
+    """The file, and where the findings go."""
+    add_scene_options(command)
+    output = command.add_argument_group("output")
+    output.add_argument("--json", type=Path, metavar="F.json", help="the results as JSON; - for here")
+    output.add_argument("--report", type=path_ending("html"), metavar="P.html", help="a page to read")
+    output.add_argument("--quiet", action="store_true", help="no progress")
 
 
 def add_scene_options(command: argparse.ArgumentParser) -> None:
@@ -193,57 +213,3 @@ def add_scene_options(command: argparse.ArgumentParser) -> None:
         metavar="F.py",
         help="a Python file that registers an integrator of your own; may be repeated",
     )
-
-
-def whole(least: int):
-    """A converter to int that refuses less than `least`."""
-
-    def number(text: str) -> int:
-        value = int(text)
-        if value < least:
-            raise argparse.ArgumentTypeError(f"{value} is less than {least}")
-        return value
-
-    return number
-
-
-def positive(text: str) -> float:
-    """A finite number of at least 0."""
-    value = float(text)
-    if not 0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text} is not a finite number of at least 0")
-    return value
-
-
-def pair(separator: str, least: int = 0):
-    """A converter of `AxB` to two numbers."""
-
-    def numbers(text: str) -> tuple[int, int]:
-        first, found, second = text.partition(separator)
-        if not (found and first.isdecimal() and second.isdecimal()):
-            raise argparse.ArgumentTypeError(f"{text!r} is not like 640{separator}360")
-        values = int(first), int(second)
-        if min(values) < least:
-            raise argparse.ArgumentTypeError(f"{text!r} has a number below {least}")
-        return values
-
-    return numbers
-
-
-def path_ending(suffix: str):
-    """A converter to a path with this ending."""
-
-    def path(text: str) -> Path:
-        if Path(text).suffix.lower() != f".{suffix}":
-            raise argparse.ArgumentTypeError(f"{text!r} does not end with .{suffix}")
-        return Path(text)
-
-    return path
-
-
-def assignment(text: str) -> tuple[str, str]:
-    """`key=value` in two."""
-    key, found, value = text.partition("=")
-    if not (found and key):
-        raise argparse.ArgumentTypeError(f"{text!r} is not like key=value")
-    return key, value

@@ -51,6 +51,8 @@ def export_curves(name: str, curves, needs: Needs, shape: str, subdivisions: int
         uvs=uvs,
         colors=colors(stored, needs, uvs),
         active_uv=active,
+        # one by one: read all at once, their memory is freed before it is looked at
+        normals=np.array([n.vector[:] for n in curves.normals], np.float32) if needs.strand_normals else None,
     )
 
 

@@ -33,6 +33,8 @@ class Needs:
         Whether vertices are moved.
     objects : frozenset of str
         Rows of `Instances.attributes`.
+    strand_normals : bool
+        Whether hair is flat.
     """
 
     uvs: frozenset[str] = frozenset()
@@ -40,6 +42,7 @@ class Needs:
     generated: bool = False
     displaced: bool = False
     objects: frozenset[str] = frozenset()
+    strand_normals: bool = False
 
     def __or__(self, other: Needs) -> Needs:
         return Needs(
@@ -48,6 +51,7 @@ class Needs:
             self.generated or other.generated,
             self.displaced or other.displaced,
             self.objects | other.objects,
+            self.strand_normals or other.strand_normals,
         )
 
 
@@ -92,6 +96,8 @@ def node_needs(node: Node, outputs: set[str]) -> Needs:
         return union(attribute_needs("GEOMETRY", str(node.inputs[f"Value_{k}"])) for k in numbers)
     if node.kind == "TexImage":
         return Needs(uvs=uv_if(node.inputs.get("Vector") is None))
+    if node.kind == "BsdfHairPrincipled":
+        return Needs(strand_normals=props["model"] == "HUANG" and node.inputs.get("Aspect Ratio") != 1)
     if node.kind in GENERATED_BY_DEFAULT:
         return Needs(generated=node.inputs.get("Vector") is None)
     if node.kind == "VectorDisplacement":

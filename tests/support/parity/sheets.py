@@ -16,6 +16,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 from support.bpy_nodes import with_nodes
+from support.exr import pixels
 
 from .cases import VALUES, Case, recipe
 from .sweeps import SIDE, Feed, Table
@@ -108,11 +109,7 @@ def render(count: int) -> Float32:
         path = Path(folder, "nodes.exr")
         scene.render.filepath = str(path)
         bpy.ops.render.render(write_still=True)
-        image = bpy.data.images.load(str(path))
-        image.colorspace_settings.name = "Non-Color"
-        pixels = np.empty(size * size * image.channels, np.float32)
-        image.pixels.foreach_get(pixels)
-    return pixels.reshape(size, size, -1)[..., :3]
+        return pixels(path)[..., :3]
 
 
 def place(number: int, count: int) -> tuple[int, int]:
