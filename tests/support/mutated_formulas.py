@@ -68,15 +68,15 @@ FORMULAS = (
     Mutation(
         "power heuristic with linear weights",
         "render/path_state.py",
-        "np.reciprocal(1 + ratio * ratio)",
-        "np.reciprocal(1 + ratio)",
+        "ratio *= ratio",
+        "ratio *= 1",
         "tests/render/test_replay_text.py",
     ),
     Mutation(
         "roulette that does not divide by its chance",
         "render/survivors.py",
-        "path.beta *= survives / q",
-        "path.beta *= survives",
+        "survives /= q",
+        "survives /= 1",
         "tests/render/test_survivors.py",
     ),
     Mutation(
@@ -88,9 +88,9 @@ FORMULAS = (
     ),
     Mutation(
         "rays that leave on the viewer's side only",
-        "render/path_state.py",
-        "side = np.copysign(si.bound, vectors.dot(si.ng, wo))",
-        "side = si.bound",
+        "scene/surface.py",
+        "np.copysign(self.bound, vectors.dot(self.ng, wo)) * self.ng",
+        "self.bound * self.ng",
         "tests/hard_cases tests/render/test_closed_forms.py",
     ),
     Mutation(
