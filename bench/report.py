@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from pt_engine.render.schedule import WAVES
+from pt_engine.render.settings import RenderSettings
+
 from .memory import LIMITS
 from .shapes import FRAMES, TITLES
 from .stages import STAGES
@@ -118,8 +121,8 @@ def stages_text(stages: Results) -> str:
     rows.append(["M samples per CPU second", *(millions(stages[n]["samples_per_cpu_second"]) for n in names)])
     return (
         "## Stages\n\nNanoseconds of CPU time per path vertex (a hit that scatters), one core, independent "
-        "sampler, one wavefront of 65,536 lanes. `intersect` and `shadow` are Embree alone.\n\n"
-        + table(["stage", *names], rows)
+        f"sampler, up to {WAVES} wavefronts of {RenderSettings.lanes:,} lanes a unit. "
+        "`intersect` and `shadow` are Embree alone.\n\n" + table(["stage", *names], rows)
     )
 
 

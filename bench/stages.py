@@ -38,7 +38,7 @@ from .wrapping import wrapped
 class Pass:
     """A scene ready for repeated passes over its image, eight samples per pixel each."""
 
-    def __init__(self, blend: Path, sampler: str, lanes: int = 1 << 16) -> None:
+    def __init__(self, blend: Path, sampler: str, lanes: int = RenderSettings.lanes) -> None:
         frame = FRAMES[blend.stem]
         self.settings = RenderSettings(
             frame.width,

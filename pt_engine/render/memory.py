@@ -70,5 +70,5 @@ def wavefront_that_fits(settings: RenderSettings, left: int | None, films: int =
     while left is not None and settings.lanes > SMALLEST:
         if image_bytes(settings, films) <= left:
             break
-        settings = replace(settings, lanes=settings.lanes // 2)
+        settings = replace(settings, lanes=max(SMALLEST, settings.lanes // 2))
     return settings

@@ -79,7 +79,7 @@ class RenderSettings:
     filter_width: float = 1.5
     film_transparent: bool = False
     half_buffers: bool = False
-    lanes: int = 1 << 16
+    lanes: int = 3 << 14
 
     @property
     def window(self) -> tuple[int, int, int, int]:
