@@ -174,7 +174,7 @@ def _math(nodes: list[Node], k: int) -> Node:
 
 
 def compared(blend: Path, width: int, height: int) -> dict[str, Any]:
-    """CPU microseconds per camera sample, ours and Cycles': by rounds, and of all rounds' shortest renders."""
+    """CPU microseconds per camera sample, ours and Cycles': by rounds, and of their shortest renders."""
     import bpy
 
     from pt_engine.blender.export import export_scene

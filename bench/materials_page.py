@@ -24,8 +24,9 @@ FILES = """## Whole files against Cycles
 Equal samples, 14 edges, no clamping, no adaptive sampling, one process and one thread per file. The two take
 turns, so that the spread shows how much the machine wavers. A figure is the difference of a long and a short
 render; the last, in bold, and the ratio are those of the shortest renders of all rounds. Both dice what the
-file asks to be subdivided adaptively (snow, flower). Most of planet, snow and flower is noise of 16 octaves, three times over for bumps. A third to a half of that is hashing the lattice's corners: Cycles keeps
-all eight in registers; numpy takes them through the second-level cache once for each operation."""
+file asks to be subdivided adaptively (snow, flower). Most of planet, snow and flower is noise of 16 octaves,
+three times over for bumps. A third to a half of that is hashing the lattice's corners: Cycles keeps all
+eight in registers; numpy takes them through the second-level cache once for each operation."""
 
 
 def page(results: Results) -> str:
