@@ -13,6 +13,7 @@ Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
 
 TINY = float(np.finfo(np.float32).tiny)
+SIGN = np.int32(np.iinfo(np.int32).min)  # the highest bit alone
 
 
 def dot(a: Float32, b: Float32) -> Float32:
@@ -72,15 +73,15 @@ def mean3(a: Float32) -> Float32:
 def flipped(a: Float32, sign: Float32) -> None:
     """Turn (3, N) vectors round where `sign` (N,) is negative, in place."""
     bits = a.view(np.int32)
-    bits ^= sign.view(np.int32) & np.int32(-(2**31))
+    bits ^= sign.view(np.int32) & SIGN
 
 
 def nonzero3(a: Float32) -> NDArray[np.bool_]:
     """(N,) whether any component of (3, N) is not 0; NaN is not."""
-    x, y, z = a.view(np.uint32)
+    x, y, z = a.view(np.int32)
     bits = x | y
     bits |= z
-    bits <<= np.uint32(1)  # ±0 have no other bit than the sign
+    bits <<= 1  # ±0 have no other bit than the sign
     nonzero: NDArray[np.bool_] = bits != 0
     return nonzero
 
