@@ -38,7 +38,7 @@ STAGES = {
 }
 OF_PATHS = frozenset(STAGES) - {"generate", "film", "accuracy", "rest"}
 OF_UNITS = OF_PATHS | {"generate", "rest"}
-TIMED_PART = 0.25  # of the units: the ledger costs less than 1 %
+TIMED_PART = 0.25  # of the units: the clocks of stages are paid for there alone
 
 
 class Ledger:
