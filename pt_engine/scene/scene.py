@@ -372,9 +372,11 @@ class Scene:
             wo = self.terminator.lift(self, si, wo, o, tfar)
         if self.geometry.shared is not None:
             # their bounds are larger than emitters': a parallel ray would meet the emitter before its point
-            untouched = (o == si.start(light.wo)).all(axis=0)
-            near = (si.on_shared & (tfar > 0) & untouched).nonzero()[0]
-            wo = aimed(wo, tfar, near, (o - si.p).take(near, axis=1))
+            near = si.on_shared & (tfar > 0)
+            if self.terminator is not None:
+                near &= (o == si.start(light.wo)).all(axis=0)  # it has aimed those that it has lifted
+            lanes = np.flatnonzero(near)
+            wo = aimed(wo, tfar, lanes, o.take(lanes, axis=1) - si.p.take(lanes, axis=1))
         free = np.flatnonzero(light.distance < 0) if self.lights_without_shadow else None
         kept = None if free is None else contribution.take(free, axis=1)
         if self.transparent_surfaces:
