@@ -64,8 +64,8 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
             if min(wanted) <= done:
                 last = max(wanted)
                 active = active[drawn(active) == wanted.index(last)]
-            # The error falls at least as 1/√n, so half of what that asks for is safe to add unseen.
-            more = last - done if last else max(1, (min(wanted) - done) // 2)
+            # Half of what 1/√n asks for is safe to add unseen, but Sobol points' error may fall faster.
+            more = last - done if last else max(1, min(done, (min(wanted) - done) // 2))
         if settings.adaptive and more > 0:
             active = active[wanted_samples(film, settings)[active] > done]
             more = min(more, max(LARGEST_PASS, int(done * GROWTH)))

@@ -9,7 +9,9 @@ import pytest
 from support import scenes as make
 from support.rooms import GLASS, ROUGH, SOFT_LAMP, room
 
+from pt_engine.render import decisions
 from pt_engine.render.decisions import relative_error, wanted_samples
+from pt_engine.render.film import Film
 from pt_engine.render.film_noise import drawn_half
 from pt_engine.render.forecast import Look, fitted_exponent
 from pt_engine.render.progressive import render
@@ -64,6 +66,19 @@ def test_each_half_of_the_pixels_ends_where_the_other_says():
     assert max(ends) == max(min(ends), np.ceil(asked))
     before = rendered(samples=max(16, min(ends) - 8), sampler="independent").film
     assert min(relative_error(before, half=k) for k in (0, 1)) > target
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.25, 1.5])
+def test_a_target_is_not_overshot_where_the_error_falls_faster(exponent, monkeypatch):
+    """relMSE = n^−a is at E² after E^(−2/a) samples, whether or not a first look from afar says so."""
+    done, target = 0, 0.03
+    monkeypatch.setattr(decisions, "relative_error", lambda *_: done ** (-exponent / 2))
+    settings = RenderSettings(8, 8, samples=0, target_error=target, min_samples=4)
+    decide = decisions.decisions(Film(8, 8), settings, np.arange(64, dtype=np.int32))
+    while (step := decide(done)).samples:
+        done += step.samples
+    needed = target ** (-2 / exponent)
+    assert needed <= done <= 1.05 * needed + 1
 
 
 def test_noise_of_most_pixels_ends_the_render():
