@@ -52,12 +52,14 @@ class _Tally:
     """Sum of v over pixels, and the variance of its difference from Σ e²."""
 
     def __init__(self) -> None:
-        self.total, self.variance, self.pixels = 0.0, 0.0, 0
+        self.total, self.pixels = 0.0, 0
+        self.noise, self.variance = 0.0, 0.0
 
     def add(self, value: Float64, noise: Float64, known: Moments) -> None:
-        """`value` v and `noise` σ² (n,) of n pixels."""
+        """`value` v (n,) of n pixels, and `noise` in proportion to its σ²."""
         n, k = known.samples.astype(np.float64), known.parts.astype(np.float64)
         self.total += float(value.sum())
+        self.noise += float(noise.sum())
         self.variance += float((noise * noise * ((n - 1) / (n + 1) * 2 * k / (k - 1))).sum())
         self.pixels += len(value)
 
@@ -65,7 +67,7 @@ class _Tally:
         """The mean of v, and the half width of its interval in the logarithm."""
         if self.total <= 0:
             return 0.0, 0.0
-        return self.total / self.pixels, Z95 * float(np.sqrt(self.variance)) / self.total
+        return self.total / self.pixels, Z95 * float(np.sqrt(self.variance)) / (self.noise or self.total)
 
 
 def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
