@@ -6,9 +6,7 @@ samples tell of its error knows of the luck. (Not even the image's mean, to whic
 tell one half of the other.) Where one half is finished, the other goes on to as many samples
 as the finished one says: n (E/target)², with E its error at n samples.
 
-Adaptive sampling: the samples that minimise relMSE for their sum are in proportion to √(w σ²), a pixel's
-noise per sample relative to its level (a Lagrange multiplier makes the gains w σ²/n² equal). A pixel's own
-samples take no part in the decision about it, only those of the pixels around: so its mean stays unbiased.
+Adaptive sampling: see `adaptive`. A pixel's own samples take no part in the decision about it.
 
 Decisions are made at numbers of samples that follow from the film alone, when all samples before are in it:
 they do not depend on threads or tiles.
@@ -20,15 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.clock import stage
+from .adaptive import looks, wanted_samples
 from .film import Film
-from .film_noise import around, drawn_half, relative_variance
+from .film_noise import drawn_half, relative_variance
 from .schedule import LARGEST_PASS, Decide, Step
 from .settings import RenderSettings
 
-Float64 = NDArray[np.float64]
 LEAST = 4  # samples before anything can be decided
-REACH = 2  # pixels to each side that decide about one
-GROWTH = 0.25  # of the samples, between two decisions about pixels
+GROWTH = 0.25  # of the samples, between two moments when pixels may end
 
 
 def relative_error(film: Film, percentile: float = 0.0, half: int | None = None) -> float | None:
@@ -50,25 +47,30 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
         return None
     least = max(LEAST, settings.min_samples)
     active, last = order, 0  # `last`: the samples at which the second half is finished
+    coming = looks(settings, least)
+    look, wanted = float(next(coming)), np.zeros(0)
 
     @stage("accuracy")
     def decide(done: int) -> Step:
-        nonlocal active, last
+        nonlocal active, last, look, wanted
         if done < least:
             return Step(least - done, active)
         more = settings.samples or LARGEST_PASS
         if settings.target_error and last:
             more = last - done
         elif settings.target_error:
-            wanted = [samples_for_target(film, settings, done, witness=half) for half in (1, 0)]
-            if min(wanted) <= done:
-                last = max(wanted)
-                active = active[drawn(active) == wanted.index(last)]
+            needed = [samples_for_target(film, settings, done, witness=half) for half in (1, 0)]
+            if min(needed) <= done:
+                last = max(needed)
+                active = active[drawn(active) == needed.index(last)]
             # Half of what 1/√n asks for is safe to add unseen, but Sobol points' error may fall faster.
-            more = last - done if last else max(1, min(done, (min(wanted) - done) // 2))
+            more = last - done if last else max(1, min(done, (min(needed) - done) // 2))
         if settings.adaptive and more > 0:
-            active = active[wanted_samples(film, settings)[active] > done]
-            more = min(more, max(LARGEST_PASS, int(done * GROWTH)))
+            if done >= look:
+                wanted = wanted_samples(film, settings)
+                look = next((float(n) for n in coming if n > done), np.inf)
+            active = active[wanted[active] > done]
+            more = int(min(more, max(LARGEST_PASS, int(done * GROWTH)), look - done))
         return Step(max(0, more), active)
 
     return decide
@@ -85,22 +87,3 @@ def samples_for_target(film: Film, settings: RenderSettings, done: int, witness:
     if error is None:
         return done + LARGEST_PASS
     return max(1, int(np.ceil(done * (error / settings.target_error) ** 2)))
-
-
-def wanted_samples(film: Film, settings: RenderSettings) -> Float64:
-    """How many each pixel should get, as the pixels around it tell: (pixels,).
-
-    With a target E for the image, n = s · mean(s) / E² with s² = w v n, which makes mean(s²/n) = E². For
-    a percentile of pixels, n = s²/E², so that each has error E. Without a target the noisiest per cent of
-    pixels get `samples`, others in proportion to s.
-    """
-    squared = np.nan_to_num(relative_variance(film) * film.counts())
-    others = np.maximum(around(squared, REACH) - squared, 0.0)
-    noise = np.sqrt(others / np.maximum(around(np.ones_like(squared), REACH) - 1, 1)).reshape(-1)
-    if settings.target_error and settings.target_percentile:
-        wanted: Float64 = noise**2 / settings.target_error**2
-    elif settings.target_error:
-        wanted = noise * (noise.mean() / settings.target_error**2)
-    else:
-        wanted = noise * (settings.samples / max(float(np.percentile(noise, 99)), np.finfo(float).tiny))
-    return wanted

@@ -19,13 +19,14 @@ differ by
 
 whatever the distribution of the samples: what a long tail adds to e² and to v alike cancels in their
 difference. Pixels are independent of each other (each sample belongs to one, drawn from the pixel filter;
-Sobol points are shifted for each), so the variances of a sum add up. σ⁴ is v² (k − 1)/(k + 1), which is
-unbiased where v is a χ², and too large for long tails; or, if the sum is larger so, the square of s²/n times
-Σv / Σ(s²/n), which has less noise where v comes from two halves. Channels are taken as fully correlated, the
-worst case, and nearly true for light of one colour. The interval is taken in the logarithm, since the
-estimate is positive and skewed to the right: MSE · exp(± 1.96 s / MSE). For relMSE, half of the logarithm of
-the factor `fireflies` is one more such width, added as squares are. The interval is wider than one for
-the *expected* error of such an image.
+Sobol points are shifted for each), so the variances of a sum add up. σ² is told by the s²/n of all n samples,
+where those are correlated times what the pixels around say that stratification gained
+(`film_noise.stratified_spread`), which has less noise than v; σ⁴ is its square times (n − 1)/(n + 1),
+unbiased where s² is a χ², and too large for long tails. Channels are taken as fully correlated, the worst
+case, and nearly true for light of one colour. The interval is taken in the logarithm, since the estimate is
+positive and skewed to the right: MSE · exp(± 1.96 s / MSE). For relMSE, half of the logarithm of the factor
+`fireflies` is one more such width, added as squares are. The interval is wider than one for the *expected*
+error of such an image.
 
 What it cannot know: light that no sample has found yet (a caustic that has not sparkled).
 """
@@ -52,22 +53,21 @@ class _Tally:
 
     def __init__(self) -> None:
         self.total, self.pixels = 0.0, 0
-        self.own, self.shape, self.shape_total = 0.0, 0.0, 0.0
+        self.noise, self.variance = 0.0, 0.0
 
-    def add(self, value: Float64, shape: Float64, parts: NDArray[np.uint32]) -> None:
-        """`value` (n,) of n pixels, each from so many independent parts, and what it is in proportion to."""
+    def add(self, value: Float64, noise: Float64, known: Moments) -> None:
+        """`value` v (n,) of n pixels, and `noise` in proportion to its σ²."""
+        n, k = known.samples.astype(np.float64), known.parts.astype(np.float64)
         self.total += float(value.sum())
-        self.own += float((value * value * (2.0 * parts / (parts + 1.0))).sum())
-        self.shape += float((shape * shape * (2.0 * parts / np.maximum(parts - 1.0, 1.0))).sum())
-        self.shape_total += float(shape.sum())
+        self.noise += float(noise.sum())
+        self.variance += float((noise * noise * ((n - 1) / (n + 1) * 2 * k / (k - 1))).sum())
         self.pixels += len(value)
 
     def result(self) -> tuple[float, float]:
         """The mean of v, and the half width of its interval in the logarithm."""
         if self.total <= 0:
             return 0.0, 0.0
-        variance = max(self.own, self.shape * (self.total / (self.shape_total or self.total)) ** 2)
-        return self.total / self.pixels, Z95 * float(np.sqrt(variance)) / self.total
+        return self.total / self.pixels, Z95 * float(np.sqrt(self.variance)) / (self.noise or self.total)
 
 
 def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
@@ -84,10 +84,10 @@ def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
     floor = FLOOR * mean**2
     for block in blocks:
         known = block.of(np.flatnonzero(np.isfinite(block.variance[0])))
-        absolute.add(known.variance.mean(axis=0), known.spread, known.parts)
+        absolute.add(known.variance.mean(axis=0), known.spread, known)
         for tally, level in ((relative, known.level), (by_median, known.level_by_median)):
             weight = weights(level, floor)
-            tally.add((known.variance * weight).mean(axis=0), known.spread * weight.mean(axis=0), known.parts)
+            tally.add((known.variance * weight).mean(axis=0), known.spread * weight.mean(axis=0), known)
     if not absolute.pixels:
         return dict.fromkeys([key for name in NAMES for key in (name, f"{name}_ci95")] + ["fireflies"])
     mse, mse_ci95 = _with_interval(*absolute.result())

@@ -50,7 +50,8 @@ class Moments(NamedTuple):
         Independent values behind each variance: the samples, or 2 halves.
     spread : (n,) float64
         s²/n, mean over channels: what the variance of independent samples would be. Less noisy than
-        `variance` where that comes from halves.
+        `variance` where that comes from halves, and then, where neighbours were asked, times what
+        stratification gained around.
     level, level_by_median : (3, n) float64
         The radiance that errors are relative to: the mean, or where neighbours were asked, less noisy; they
         are asked in two ways (see `film_noise.levels`).

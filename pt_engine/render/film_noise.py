@@ -32,6 +32,7 @@ Float64 = NDArray[np.float64]
 REACH = 3  # pixels to each side: 49 differences make a standard error good to 10 %
 BAND = 1 << 16  # pixels that are worked on at a time, to keep temporaries small
 TRUST = 6.0  # a pixel's own brightness counts half at √12 ≈ 3.5 standard errors from its neighbours'
+ORDINARY = 2.0  # times the noise around: up to that, noise is no sign of a rare bright sample
 
 
 def bands(film: Film) -> Iterator[tuple[int, int]]:
@@ -44,11 +45,13 @@ def bands(film: Film) -> Iterator[tuple[int, int]]:
 def moments_by_band(film: Film, half: int | None = None) -> Iterator[Moments]:
     """Unbiased moments with their level, of all pixels or of one random half of them, band by band."""
     for y0, y1 in bands(film):
-        first, last = max(0, y0 - 1), min(film.height, y1 + 1)
-        sums = film.sums(slice(first * film.width, last * film.width))
-        moments = moments_of(sums)
+        margin = REACH if film.correlated else 1
+        first, last = max(0, y0 - margin), min(film.height, y1 + margin)
+        moments = moments_of(film.sums(slice(first * film.width, last * film.width)))
         by_mean, by_median = levels(moments, film.width)
         moments = moments._replace(level=by_mean, level_by_median=by_median)
+        if film.correlated:
+            moments = moments._replace(spread=stratified_spread(moments, film.width))
         inside = np.arange((y0 - first) * film.width, (y1 - first) * film.width)
         if half is not None:
             inside = inside[drawn_half(y0 * film.width, inside.size) == half]
@@ -64,10 +67,16 @@ def relative_variance(film: Film, half: int | None = None) -> Float64:
     result = np.empty((film.height, film.width))
     for (y0, y1), moments in zip(bands(film), moments_by_band(film), strict=True):
         variance = np.moveaxis(pixel_variance(film, y0, y1), -1, 0).reshape(3, -1)
-        weight = weights(moments.level, floor) * weights(moments.level_by_median, floor)
-        relative = (variance * np.sqrt(weight)).mean(axis=0)
+        relative = relative_to_level(variance, moments.level, moments.level_by_median, floor)
         result[y0:y1] = relative.reshape(y1 - y0, film.width)
     return result
+
+
+def relative_to_level(variance: Float64, level: Float64, by_median: Float64, floor: float) -> Float64:
+    """Mean over channels of v / (R² + floor), between what the two levels say: (n,)."""
+    weight = weights(level, floor) * weights(by_median, floor)
+    relative: Float64 = (variance * np.sqrt(weight)).mean(axis=0)
+    return relative
 
 
 def drawn_half(first: int, count: int) -> NDArray[np.uint32]:
@@ -76,16 +85,19 @@ def drawn_half(first: int, count: int) -> NDArray[np.uint32]:
 
 
 def levels(moments: Moments, width: int) -> tuple[Float64, Float64]:
-    """Radiance of whole rows of pixels, bright ones drawn to the 8 around as far as it may be noise: (3, n).
+    """Radiance of whole rows of pixels, bright ones drawn to the 8 around as far as rare samples explain it.
 
     A brighter one keeps the share 1 − 6 u / (difference)² of its difference from them, both of the sum of
-    channels: an edge stays, a single bright sample (whose difference is about √u) goes. The first time they
-    are drawn to the mean of the 8, the second to the median of the 9.
+    channels: an edge stays, a single bright sample (whose difference is about √u) goes. u is the noise beyond
+    twice the median of the 9's: ordinary noise makes pixels brighter and darker alike, and to draw only the
+    brighter ones would make the level too low, and relMSE too large in the first order of the noise. The
+    first time they are drawn to the mean of the 8, the second to the median of the 9. Both are (3, n).
     """
     own = moments.mean.reshape(3, -1, width)
     neighbours = np.stack([around(channel, 1) for channel in own]) - own
     neighbours /= np.maximum(around(np.ones(own.shape[1:]), 1) - 1, 1)
-    noise = 3 * TRUST * moments.spread.reshape(own.shape[1:])
+    spread = moments.spread.reshape(1, *own.shape[1:])
+    noise = 3 * TRUST * np.maximum(spread - ORDINARY * median_of_9(spread), 0.0)[0]
     drawn = (drawn_to(place, own, noise) for place in (neighbours, median_of_9(own)))
     first, second = (place.reshape(3, -1) for place in drawn)
     return first, second
@@ -103,7 +115,7 @@ def drawn_to(place: Float64, own: Float64, noise: Float64) -> Float64:
 
 
 def median_of_9(channels: Float64) -> Float64:
-    """Each pixel's median with the 8 around, edges repeated: (3, height, width).
+    """Each pixel's median with the 8 around, edges repeated: (channels, height, width).
 
     Rows of three are sorted first; the median of nine is that of the largest of the smallest, the median of
     the middle ones and the smallest of the largest.
@@ -130,14 +142,32 @@ def pixel_variance(film: Film, y0: int, y1: int) -> Float64:
         return np.moveaxis(variance.reshape(3, y1 - y0, width), 0, -1)
     first, last = max(0, y0 - REACH), min(film.height, y1 + REACH)
     moments = film.moments(slice(first * width, last * width))
-    shape = (last - first, width)
+    result = stratified_variance(moments, width).reshape(3, last - first, width)
+    return np.moveaxis(result[:, y0 - first : y1 - first], 0, -1)
+
+
+def stratified_variance(moments: Moments, width: int) -> Float64:
+    """ρ u of whole rows of pixels whose samples are correlated: (3, n), NaN below two samples."""
     unknown = np.isnan(moments.variance[0])
     independent = np.where(unknown, 0.0, moments.spread)
     gain = np.where(independent > 0, moments.variance, 0.0) / np.where(independent > 0, independent, 1.0)
-    mean_gain = mean_of_alike(gain.reshape(3, *shape), np.sqrt(independent).reshape(shape))
-    result = mean_gain * independent.reshape(shape)
-    result[:, unknown.reshape(shape)] = np.nan
-    return np.moveaxis(result[:, y0 - first : y1 - first], 0, -1)
+    shape = (-1, width)
+    mean_gain = mean_of_alike(
+        gain.reshape(3, *independent.reshape(shape).shape), np.sqrt(independent).reshape(shape)
+    )
+    result = mean_gain.reshape(3, -1) * independent
+    result[:, unknown] = np.nan
+    return result
+
+
+def stratified_spread(moments: Moments, width: int) -> Float64:
+    """u Σv / Σu, sums over 7 × 7 pixels, v and u means over channels: (n,), quicker than the above."""
+    unknown = np.isnan(moments.variance[0])
+    independent = np.where(unknown, 0.0, moments.spread)
+    variance = np.where(unknown, 0.0, moments.variance.mean(axis=0))
+    there, here = (around(x.reshape(-1, width)).reshape(-1) for x in (variance, independent))
+    spread: Float64 = independent * (there / np.where(here > 0, here, 1.0))
+    return spread
 
 
 def mean_of_alike(values: Float64, noise: Float64) -> Float64:
