@@ -295,15 +295,18 @@ def _at(value: Float32, index: NDArray[np.intp]) -> Float32:
 
 
 def choose(shares: Sequence[Float32], u: Float32) -> tuple[NDArray[np.int32], Float32]:
-    """Index drawn from (N,) or (1,) shares that sum to 1, and the uniform that is left over in [0, 1)."""
+    """Index drawn from (N,) or (1,) shares that sum to 1, and the uniform that is left over in [0, 1).
+
+    Rounding may leave the sum below `u`: the last share that is not 0 has what is left.
+    """
     choice = np.zeros(u.shape, np.int32)
     before = np.zeros_like(u)
     upto = np.zeros_like(u)
     width = np.zeros_like(u) + shares[0]
     for k, share in enumerate(shares[:-1]):
         upto = upto + share
-        beyond = u >= upto
-        choice += beyond
+        beyond = (u >= upto) & (shares[k + 1] > 0)
+        np.maximum(choice, beyond * np.int32(k + 1), out=choice)
         before += beyond * (upto - before)
         width += beyond * (shares[k + 1] - width)
     left = (u - before) / np.maximum(width, np.float32(1e-20))

@@ -122,6 +122,17 @@ def test_the_last_uniform_below_one_finds_a_choice():
     assert 0.999 < left[0] < 1
 
 
+@pytest.mark.parametrize("zeros", [1, 2])
+@pytest.mark.parametrize("each", [False, True])
+def test_a_share_of_0_is_never_drawn_though_the_others_sum_to_less_than_1(zeros, each):
+    """Ten times float32(0.1) added up one by one leave u = 1 − 2⁻²⁴ beyond 1 − 10⁻⁶, and 0 after them."""
+    tenth = np.float32(0.0999999)
+    shares = [np.full(2 if each else 1, s, np.float32) for s in [0, tenth, 0, *[tenth] * 9, *[0] * zeros]]
+    choice, left = choose(shares, np.array([BELOW_ONE, 0.0], np.float32))
+    assert choice.tolist() == [11, 1]
+    assert 0 <= left[1] < left[0] < 1
+
+
 def test_shares_sum_to_one_and_follow_what_is_scattered():
     """In proportion to mean weight times albedo; a lone closure has it all; no light, no share."""
     n = 5
