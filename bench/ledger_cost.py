@@ -2,7 +2,7 @@
 
 A unit of work as renders have it is rendered without a clock, with one that only counts, and with one that
 also tells the stages apart; then thrice more in the reverse order, so that a drift of the machine's pace
-falls out. What is averaged is the logarithm of the ratio of CPU times of the same unit; a fifth at either end
+falls out; and so in each order of the three. What is averaged is the logarithm of the ratio of CPU times of the same unit; a fifth at either end
 is left out, where another program has had the caches (a trimmed mean, with the standard error of Tukey and
 McLaughlin 1963).
 """
@@ -10,7 +10,6 @@ McLaughlin 1963).
 from __future__ import annotations
 
 import itertools
-import random
 import time
 from contextlib import nullcontext
 
@@ -30,15 +29,15 @@ Cost = tuple[float, float]
 
 def ledger_costs(worker: Worker, units: list[Unit], seconds: float = SECONDS) -> dict[str, Cost]:
     """Part of the CPU time and its standard error: as renders keep it, and if they looked everywhere."""
-    until, turns = time.perf_counter() + seconds, random.Random(0)
-    cycle = itertools.cycle(turns.sample(units, len(units)))
+    until = time.perf_counter() + seconds
+    turns = ((unit, order) for unit in itertools.cycle(units) for order in itertools.permutations(range(3)))
     clocks = (None, Clock(part=0.0), Clock(part=1.0))  # what a clock meets first it looks into, but once
     with kept_buffers():
         for clock in clocks:
-            cpu_seconds(worker, next(cycle), clock)
+            cpu_seconds(worker, units[0], clock)
         logs = []
         while len(logs) < FEWEST or time.perf_counter() < until:
-            order, unit, spent = turns.sample(range(3), 3), next(cycle), [0.0, 0.0, 0.0]
+            (unit, order), spent = next(turns), [0.0, 0.0, 0.0]
             for kind in (*order, *reversed(order)):
                 spent[kind] += cpu_seconds(worker, unit, clocks[kind])
             logs.append(np.log(spent[1:]) - np.log(spent[0]))

@@ -8,7 +8,7 @@ and pdf and value are those of the sum, so multiple importance sampling stays ex
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -299,14 +299,17 @@ def choose(shares: Sequence[Float32], u: Float32) -> tuple[NDArray[np.int32], Fl
 
     Rounding may leave the sum below `u`: the last share that is not 0 has what is left.
     """
+    total: Float32 = reduce(np.add, shares)
+    if u.size and u.max() >= total.min():  # hardly ever
+        u = np.minimum(u, np.nextafter(total, np.float32(0)))
     choice = np.zeros(u.shape, np.int32)
     before = np.zeros_like(u)
     upto = np.zeros_like(u)
     width = np.zeros_like(u) + shares[0]
     for k, share in enumerate(shares[:-1]):
         upto = upto + share
-        beyond = (u >= upto) & (shares[k + 1] > 0)
-        np.maximum(choice, beyond * np.int32(k + 1), out=choice)
+        beyond = u >= upto
+        choice += beyond
         before += beyond * (upto - before)
         width += beyond * (shares[k + 1] - width)
     left = (u - before) / np.maximum(width, np.float32(1e-20))
