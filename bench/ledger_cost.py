@@ -2,9 +2,9 @@
 
 A unit of work as renders have it is rendered without a clock, with one that only counts, and with one that
 also tells the stages apart; then thrice more in the reverse order, so that a drift of the machine's pace
-falls out; and so in each order of the three. What is averaged is the logarithm of the ratio of CPU times of the same unit; a fifth at either end
-is left out, where another program has had the caches (a trimmed mean, with the standard error of Tukey and
-McLaughlin 1963).
+falls out; and so in each order of the three. What is averaged is the logarithm of the ratio of CPU times of
+the same unit; a fifth at either end is left out, where another program has had the caches (a trimmed mean,
+with the standard error of Tukey and McLaughlin 1963).
 """
 
 from __future__ import annotations

@@ -300,7 +300,7 @@ def choose(shares: Sequence[Float32], u: Float32) -> tuple[NDArray[np.int32], Fl
     Rounding may leave the sum below `u`: the last share that is not 0 has what is left.
     """
     total: Float32 = reduce(np.add, shares)
-    if u.size and u.max() >= total.min():  # hardly ever
+    if u.size and np.max(u) >= np.min(total):  # hardly ever
         u = np.minimum(u, np.nextafter(total, np.float32(0)))
     choice = np.zeros(u.shape, np.int32)
     before = np.zeros_like(u)
