@@ -116,13 +116,15 @@ def stages_text(stages: Results) -> str:
     for kind in ("closest", "shadow"):
         counts = (stages[n]["rays_per_sample"][kind] for n in names)
         rows.append([f"{kind} rays per sample", *(f"{count:.2f}" for count in counts)])
-    costs = (stages[n].get("ledger_costs") for n in names)  # unknown in results of before
-    rows.append(["keeping the ledger costs", *("" if c is None else f"{c:+.1%}" for c in costs)])
+    for what, key in (("keeping the ledger costs", "cost"), ("… looking into every unit", "looked_into")):
+        costs = (stages[n]["ledger_costs"][key] for n in names)
+        rows.append([what, *(f"{100 * mean:+.1f} ± {100 * error:.1f} %" for mean, error in costs)])
     rows.append(["M samples per CPU second", *(millions(stages[n]["samples_per_cpu_second"]) for n in names)])
     return (
         "## Stages\n\nNanoseconds of CPU time per path vertex (a hit that scatters), one core, independent "
         f"sampler, up to {WAVES} wavefronts of {RenderSettings.lanes:,} lanes a unit. "
-        "`intersect` and `shadow` are Embree alone.\n\n" + table(["stage", *names], rows)
+        "`intersect` and `shadow` are Embree alone. What the ledger costs: mean and standard error of many "
+        "renders of the same units, with it and without in turns.\n\n" + table(["stage", *names], rows)
     )
 
 

@@ -31,6 +31,7 @@ from pt_engine.scene.accel import Accel
 from pt_engine.scene.prepare import prepare
 from pt_engine.scene.snapshot_io import load_snapshot
 
+from .ledger_cost import ledger_costs
 from .shapes import FRAMES, RR_DEPTH
 from .wrapping import wrapped
 
@@ -74,7 +75,7 @@ def stages(blend: Path, sampler: str = "independent", passes: int = 6) -> dict[s
     work = Pass(blend, sampler)
     untimed_pass(work)
     best, samples = min((timed_pass(work) for _ in range(passes)), key=lambda timed: total(timed[0]))
-    vertices, seconds = sum(best.vertices.values()), Counter[str]()
+    vertices, seconds = sum(best.shaded.values()), Counter[str]()
     for cell, part in best.seconds.items():
         seconds[cell.stage] += part
     plain = min(untimed_pass(work) for _ in range(passes))
@@ -86,7 +87,7 @@ def stages(blend: Path, sampler: str = "independent", passes: int = 6) -> dict[s
         "vertices_per_sample": vertices / samples,
         "rays_per_sample": rays,
         "samples_per_cpu_second": 1 / plain,
-        "ledger_costs": total(best) / samples / plain - 1,
+        "ledger_costs": ledger_costs(work.worker, work.units),
         "embree_only_samples_per_cpu_second": 1 / embree,
         "embree_share": embree / plain,
     }

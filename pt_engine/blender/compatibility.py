@@ -21,7 +21,6 @@ OF_EEVEE = (
     "EEVEE_WORLD_PT_surface",
     "OBJECT_PT_shadow_terminator",
 )
-SINCE_5 = ("VIEWLAYER_PT_override",)  # of EEVEE and Cycles
 
 
 def panels():
@@ -29,7 +28,7 @@ def panels():
     for panel in bpy.types.Panel.__subclasses__():
         name, engines = panel.__name__, getattr(panel, "COMPAT_ENGINES", ())
         left_out = name in DOUBLE or any(part in name for part in NOT_FOR_US)
-        if ("BLENDER_RENDER" in engines and not left_out) or name in (*OF_EEVEE, *SINCE_5):
+        if ("BLENDER_RENDER" in engines and not left_out) or name in OF_EEVEE:
             yield panel
 
 

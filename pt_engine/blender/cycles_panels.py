@@ -10,6 +10,12 @@ from .object_panels import DataPanel
 
 # tab, name, label, settings as paths from the context
 PANELS = (
+    (  # Blender's own panel of this name has Samples, too, which are Cycles'
+        "view_layer",
+        "override",
+        "Override",
+        ("view_layer.material_override", "view_layer.world_override"),
+    ),
     (
         "world",
         "ray_visibility",
@@ -41,8 +47,9 @@ def settings_panel(tab, name, label, settings):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split = True
-        for path in settings:
-            layout.prop(*owner_of(context, path))
+        for owner, prop in (owner_of(context, path) for path in settings):
+            if owner is not None:
+                layout.prop(owner, prop)
 
     return type(
         f"PTENGINE_{tab.upper()}_PT_{name}",

@@ -22,7 +22,7 @@ from . import passes
 from .export import export_scene
 from .nonfinite import add_commands, headline, lines
 from .picture import Picture
-from .record import RenderRecord, Session, write_json
+from .record import RenderRecord, Session, close_times, write_json
 from .refusal import Refusal
 from .settings import settings_of
 from .views import views
@@ -51,7 +51,7 @@ def final_render(engine, depsgraph) -> None:
         settings = wavefront_that_fits(settings, left, films)
         stats = render_view(engine, depsgraph, prepared, settings, view)
         stats["seconds"]["export"] = exported
-        stats["seconds"]["total"] = time.perf_counter() - started
+        close_times(stats["seconds"], time.perf_counter() - started)
         layer = depsgraph.view_layer_eval.name
         record.layers[f"{layer}, {view}" if view else layer] = stats
         started, exported = time.perf_counter(), 0.0  # the one export is part of the first view's time

@@ -26,7 +26,7 @@ PROPERTY_PANELS = (
         "Target Error",
         False,
         (
-            (OWN, "target_error"),
+            (OWN, "target_percent"),
             (OWN, "target_of"),
             (OWN, "target_percentile"),
             (OWN, "min_samples"),

@@ -37,6 +37,16 @@ SAMPLER_TEXTS = {
 SAMPLER_ITEMS = [(name, *SAMPLER_TEXTS.get(name.lower(), (name.title(), ""))) for name in SAMPLERS]
 
 
+def target_percent(self) -> float:
+    """The target error as a panel shows it."""
+    return 100 * self.target_error
+
+
+def set_target_percent(self, percent: float) -> None:
+    """What somebody has typed into the panel."""
+    self.target_error = percent / 100
+
+
 class PTEngineSettings(bpy.types.PropertyGroup):
     """Settings of PT Engine; each is also a key of the command line's --set."""
 
@@ -68,6 +78,18 @@ class PTEngineSettings(bpy.types.PropertyGroup):
         soft_max=0.5,
         max=10.0,
         precision=4,
+    )
+    target_percent: FloatProperty(  # not stored: files and --set keep the number itself
+        name="Target Error",
+        description="Relative error at which rendering ends; 0 for none. Samples and time limit still hold",
+        subtype="PERCENTAGE",
+        min=0.0,
+        soft_max=50.0,
+        max=1000.0,
+        precision=2,
+        get=target_percent,
+        set=set_target_percent,
+        options={"SKIP_SAVE"},
     )
     target_of: EnumProperty(
         name="Target For",

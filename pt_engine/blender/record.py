@@ -11,7 +11,7 @@ from typing import Any
 
 from ..scene.features import ON
 
-SUMMED = ("export", "build", "render", "write", "total")
+SUMMED = ("export", "build", "render", "write", "other", "total")
 
 
 class Observer:
@@ -79,6 +79,13 @@ class Session:
     observer = Observer()
     last: RenderRecord | None = None
     checked: RenderRecord | None = None
+
+
+def close_times(seconds: dict[str, float], total: float) -> None:
+    """Enter the whole time, and as `other` what of it no phase has had."""
+    seconds["total"] = total
+    phases = sum(seconds[name] for name in SUMMED if name not in ("other", "total"))
+    seconds["other"] = max(0.0, total - phases)
 
 
 def write_json(path: str | os.PathLike[str], statistics: dict[str, Any]) -> None:

@@ -2,8 +2,9 @@
 
 Each thread runs a `core.clock.Clock`; its books are closed when the render ends. Seconds are those of CPU
 cores, summed over threads. With what threads have waited (for work, for each other, for a core that another
-program had) they add up to threads × wall time. The stages are told apart in a quarter of the units, and
-stand for the others too, thread by thread; rays and vertices are counted in all.
+program had) they add up to threads × wall time. The stages are told apart in a twelfth of the units, and
+stand for the others too, thread by thread, as do the shares that a batch's materials have in its vertices;
+rays and the vertices of each batch are counted in all.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ STAGES = {
 }
 OF_PATHS = frozenset(STAGES) - {"generate", "film", "accuracy", "rest"}
 OF_UNITS = OF_PATHS | {"generate", "rest"}
-TIMED_PART = 0.25  # of the units: the clocks of stages are paid for there alone
+TIMED_PART = 1 / 12  # of the units: what clocks of stages cost is paid there alone (docs/numbers.md)
 
 
 class Ledger:
@@ -125,21 +126,23 @@ class Ledger:
         return [{"seconds": seconds[k], "rays": rays.get(k, 0)} for k in range(max(seconds, default=-1) + 1)]
 
     def _materials(self, scene: Scene, cells: Mapping[Cell, float]) -> dict[str, dict[str, float]]:
-        """Seconds of a batch go to its materials by the vertices that each had."""
-        vertices: dict[int, int] = defaultdict(int)
+        """Seconds and vertices of a batch go to its materials by the vertices that each was seen to have."""
+        seen: dict[int, int] = defaultdict(int)
+        shaded: dict[int, int] = defaultdict(int)
         for each in self._clocks:
             for material, number in each.vertices.items():
-                vertices[material] += number
-        of_batch = {m: int(scene.materials.batch_of[m]) for m in vertices}
+                seen[material] += number
+            for batch, number in each.shaded.items():
+                shaded[batch] += number
         together: dict[int, int] = defaultdict(int)
-        for material, number in vertices.items():
-            together[of_batch[material]] += number
+        for material, number in seen.items():
+            together[int(scene.materials.batch_of[material])] += number
         seconds = _sums((str(cell.batch), part) for cell, part in cells.items() if cell.batch >= 0)
         found: dict[str, dict[str, float]] = defaultdict(lambda: {"seconds": 0.0, "vertices": 0})
-        for material, number in vertices.items():
-            row, batch = found[scene.material_names[material]], of_batch[material]
+        for material, number in seen.items():
+            row, batch = found[scene.material_names[material]], int(scene.materials.batch_of[material])
             row["seconds"] += seconds.get(str(batch), 0.0) * number / together[batch]
-            row["vertices"] += number
+            row["vertices"] += round(shaded[batch] * number / together[batch])
         return dict(sorted(found.items(), key=lambda item: -item[1]["seconds"]))
 
 

@@ -39,6 +39,7 @@ def statistics(
             "build": scene.build_seconds,
             "render": result.seconds,
             "write": 0.0,
+            "other": 0.0,
             "total": scene.build_seconds + result.seconds,
         },
         "camera_samples_per_second": pace,

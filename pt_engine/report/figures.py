@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import io
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .fits import tells
 from .optional import optional
 
 Float64 = NDArray[np.float64]
@@ -64,13 +64,13 @@ def curves(name: str, lines: Mapping[str, Sequence[Mapping[str, float]]], along:
             colour, dash = COLOURS[number % len(COLOURS)], DASHES[number // len(COLOURS) % len(DASHES)]
             x, y = ([p[key] for p in points] for key in (along, "mse"))
             axes.plot(x, y, dash, color=colour, label=label, linewidth=1.4, marker=".", markersize=4)
-            band = [p for p in points if math.isfinite(p["low"]) and math.isfinite(p["high"])]
+            band = [p for p in points if tells(p["low"], p["high"])]
             if band:
                 x, low, high = ([p[key] for p in band] for key in (along, "low", "high"))
                 axes.fill_between(x, low, high, color=colour, alpha=0.13, linewidth=0)
         errors = [p["mse"] for points in lines.values() for p in points if p["mse"] > 0]
         axes.set(xscale="log", yscale="log", xlabel=AXES[along], ylabel="mean squared error")
-        if errors:  # a band of few runs may span decades
+        if errors:
             axes.set_ylim(min(errors) / 3, 3 * max(errors))
         plain_ticks(axes.xaxis)
         axes.figure.legend(loc="outside lower center", ncols=2)

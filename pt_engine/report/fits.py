@@ -28,6 +28,14 @@ class Estimate(NamedTuple):
     high: float
 
 
+def tells(low: float, high: float) -> bool:
+    """Whether the interval of a positive number tells anything: at most half and twice its middle.
+
+    Two runs have one degree of freedom and t = 12.7: unless they agree by chance it spans decades.
+    """
+    return math.isfinite(low) and math.isfinite(high) and low > 0 and high <= 4 * low
+
+
 def mean_of(values: Sequence[float]) -> Estimate:
     """The mean of independent numbers."""
     numbers = np.asarray(values, np.float64)

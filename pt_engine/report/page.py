@@ -14,7 +14,7 @@ from ..render.film_error import WORTH_TELLING
 from . import figures
 from .errors import Picture
 from .optional import optional
-from .tables import COMPARED, EFFECTS, comparison_cells, whatif_cells
+from .tables import COMPARED, EFFECTS, UNKNOWN, comparison_cells, unknown_from, whatif_cells
 
 Stats = Mapping[str, Any]
 TEMPLATES = Path(__file__).with_name("templates")
@@ -128,13 +128,15 @@ def ledger(stats: Stats) -> dict[str, Any] | None:
 
 def comparison_page(path: Path, result: Stats, reference: Picture) -> None:
     """The page of a comparison."""
+    rows = [comparison_cells(row) for row in result["rows"]]
     text = filled(
         "comparison.html",
         title="What accuracy costs in time",
         result=result,
         reference=figures.picture(reference.mean[::-1]),
         header=COMPARED,
-        rows=[comparison_cells(row) for row in result["rows"]],
+        rows=rows,
+        unknown=unknown_from(result["seeds"]) if any(UNKNOWN in cell for row in rows for cell in row) else "",
         verdicts=[(row["name"], row["verdict"]) for row in result["rows"] if row["verdict"]],
         by_time=figures.curves("error over time", result["curves"], "seconds"),
         by_samples=figures.curves("error over samples", result["curves"], "samples"),

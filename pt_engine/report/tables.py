@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from .fits import tells
+
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     """Columns side by side; the first to the left, the others to the right."""
@@ -22,6 +24,8 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     return [text(lines[0]), "  ".join("-" * width for width in widths), *map(text, lines[1:])]
 
 
+UNKNOWN = "±?"
+WIDEST_SLOPE = 1.0  # no more than that is told: from −2 to 0 a slope may be anything
 COMPARED = ("estimator", "spp", "MSE, equal time", "equal samples", "efficiency", "slope", "bias", "z")
 
 
@@ -37,8 +41,16 @@ def comparison_lines(result: Mapping[str, Any]) -> list[str]:
         "",
         *table(COMPARED, (comparison_cells(row) for row in result["rows"])),
     ]
+    unknown = [unknown_from(result["seeds"])] if any(UNKNOWN in line for line in lines) else []
     told = [f"{row['name']}: {row['verdict']}" for row in result["rows"] if row["verdict"]]
-    return [*lines, "", *told] if told else lines
+    return [*lines, *unknown, *(["", *told] if told else [])]
+
+
+def unknown_from(seeds: int) -> str:
+    """What `±?` means."""
+    return (
+        f"{UNKNOWN}: not known from {seeds} seed{'s' if seeds > 1 else ''}; more of them (--seeds) would tell"
+    )
 
 
 def comparison_cells(row: Mapping[str, Any]) -> list[str]:
@@ -56,11 +68,9 @@ def comparison_cells(row: Mapping[str, Any]) -> list[str]:
 
 
 def with_factor(estimate: Mapping[str, float]) -> str:
-    """`1.2e-3 ±8 %`, of the wider side."""
+    """`1.2e-3 ±8%`, of the wider side; `±?` where the interval tells nothing."""
     value, high = estimate["value"], estimate["high"]
-    if not (value > 0 and math.isfinite(high)):
-        return f"{value:.2e}"
-    return f"{value:.2e} ±{min(high / value - 1, 9.99):.0%}"
+    return f"{value:.2e} " + (f"±{high / value - 1:.0%}" if tells(estimate["low"], high) else UNKNOWN)
 
 
 def with_difference(estimate: Mapping[str, float]) -> str:
@@ -68,7 +78,7 @@ def with_difference(estimate: Mapping[str, float]) -> str:
     value, high = estimate["value"], estimate["high"]
     if not math.isfinite(value):
         return "?"
-    return f"{value:.2f}" + (f" ±{high - value:.2f}" if math.isfinite(high) else "")
+    return f"{value:.2f} " + (f"±{high - value:.2f}" if high - value <= WIDEST_SLOPE else UNKNOWN)
 
 
 EFFECTS = ("effect", "takes", "of the time", "difference", "energy", "noise", "difference / s")

@@ -296,20 +296,16 @@ class Scene:
     @stage("shade", batch=lambda scene, lanes, number, path: number)
     def _shade_batch(self, lanes: Lanes, number: int, path: PathState) -> SliceBSDF:
         """The closures of one batch; who runs a clock gets the vertices of each material."""
-        if (counting := clock.counting()) is not None:
-            self._count_vertices(counting, number, lanes.si.surface)
+        if (counting := clock.counting()) is not None and counting.tells_apart(number, lanes.si.size):
+            self._count_vertices(counting, lanes.si.surface)
         closures = self.materials.batches[number].closures(lanes)
         if self.held is not None:
             closures = only_transparent(closures, held(self.held, path.clear, lanes.si.instance))
         angles = None if self.light_angles is None else self.light_angles.take(lanes.si.instance)
         return SliceBSDF(closures, lanes, self.clear_glass, angles)
 
-    def _count_vertices(self, counting: clock.Clock, batch: int, surfaces: NDArray[np.integer]) -> None:
-        """The vertices of each material; those of a batch of one material need not be looked at."""
-        used = self.used_materials[self.materials.batch_of[self.used_materials] == batch]
-        if len(used) == 1:
-            counting.vertices[int(used[0])] += len(surfaces)
-            return
+    def _count_vertices(self, counting: clock.Clock, surfaces: NDArray[np.integer]) -> None:
+        """The vertices of each material."""
         counts = np.bincount(self.geometry.surface_material.take(surfaces))
         for material in np.flatnonzero(counts):
             counting.vertices[int(material)] += int(counts[material])

@@ -8,7 +8,7 @@ and pdf and value are those of the sum, so multiple importance sampling stays ex
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -295,7 +295,13 @@ def _at(value: Float32, index: NDArray[np.intp]) -> Float32:
 
 
 def choose(shares: Sequence[Float32], u: Float32) -> tuple[NDArray[np.int32], Float32]:
-    """Index drawn from (N,) or (1,) shares that sum to 1, and the uniform that is left over in [0, 1)."""
+    """Index drawn from (N,) or (1,) shares that sum to 1, and the uniform that is left over in [0, 1).
+
+    Rounding may leave the sum below `u`: the last share that is not 0 has what is left.
+    """
+    total: Float32 = reduce(np.add, shares)
+    if u.size and np.max(u) >= np.min(total):  # hardly ever
+        u = np.minimum(u, np.nextafter(total, np.float32(0)))
     choice = np.zeros(u.shape, np.int32)
     before = np.zeros_like(u)
     upto = np.zeros_like(u)

@@ -104,6 +104,23 @@ def test_every_property_says_what_it_does(scene):
             assert len(prop.description) > 10, prop.identifier
 
 
+def test_the_panel_shows_the_target_error_in_per_cent_of_what_is_stored(scene):
+    own = scene.pt_engine
+    own.target_error = 0.025
+    assert own.target_percent == pytest.approx(2.5)
+    own.target_percent = 1.5
+    assert own.target_error == pytest.approx(0.015)
+    assert settings_of(scene, 64, 48).target_error == pytest.approx(0.015)
+
+
+def test_the_override_panel_has_nothing_that_is_not_rendered():
+    """Samples of a view layer are Cycles'; material and world are replaced here, too."""
+    shown = {panel.__name__ for panel in compatibility.panels()}
+    assert "VIEWLAYER_PT_override" not in shown
+    own = next(row for row in cycles_panels.PANELS if row[1] == "override")
+    assert [path.rpartition(".")[2] for path in own[3]] == ["material_override", "world_override"]
+
+
 def test_every_panel_property_exists(scene):
     for _, _, _, rows in panels.PROPERTY_PANELS:
         for owner, prop in rows:
@@ -119,9 +136,12 @@ def test_every_panorama_has_its_lens_in_the_panel(scene):
 
 
 def test_every_setting_kept_with_cycles_exists(scene):
-    """Of an object, a world and a material."""
+    """Of an object, a world, a material and a view layer."""
     context = SimpleNamespace(
-        object=scene.camera, world=bpy.data.worlds.new("World"), material=bpy.data.materials.new("Material")
+        object=scene.camera,
+        world=bpy.data.worlds.new("World"),
+        material=bpy.data.materials.new("Material"),
+        view_layer=scene.view_layers[0],
     )
     for _, _, _, settings in cycles_panels.PANELS:
         for path in settings:

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from support import scenes as make
+from support import strands
 from support.rooms import SOFT_LAMP, room
 
 from pt_engine.blender.words import ledger_lines
@@ -52,6 +53,26 @@ def test_two_threads_add_up_too():
     books, result, _ = kept(room(make.diffuse(0.5), SOFT_LAMP), size=128, threads=2)
     total = sum(stage["seconds"] for stage in books["stages"].values()) + books["waiting"]
     assert total == pytest.approx(2 * result.seconds, rel=0.1)
+
+
+def hair_under_a_sky():
+    hair = strands.tuft(200, 5, 0.02, "THICK")
+    return strands.snapshot([hair], material=make.diffuse(0.5), world=make.world(1.0))
+
+
+def lens_and_sky():
+    camera = make.perspective((0, 0, 5), (0, 0, 0), aperture_radius=0.1, focus_distance=5.0)
+    return make.scene([(make.quad(4), np.eye(4), make.diffuse(0.5))], camera, sky=make.world(1.0))
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("made", [hair_under_a_sky, lens_and_sky])
+def test_they_add_up_in_other_scenes(made, threads):
+    """Within 3 % of the wall time; no stage's share is so wrong that they would exceed it."""
+    books, result, _ = kept(made(), size=96, threads=threads)
+    busy = sum(stage["seconds"] for stage in books["stages"].values())
+    assert busy + books["waiting"] == pytest.approx(threads * result.seconds, rel=0.03)
+    assert sum(bounce["seconds"] for bounce in books["bounces"]) < busy
 
 
 def test_rays_are_those_of_the_render(books_of_a_room):

@@ -53,6 +53,22 @@ def test_what_a_scene_has_not_costs_nothing_and_says_why():
     assert "depth of field: 0 s, 0 difference (the camera has no aperture)" in lines
 
 
+def test_what_is_called_missing_makes_no_difference_when_it_is_taken_out_all_the_same():
+    """Bit by bit, for every effect of the list; and the list has all that a render can be without."""
+    snapshot = plain(LightData("POINT", "p", make.translation(0, 0, 2), 10.0))
+    scene, settings = prepare(snapshot), replace(SETTINGS, max_depth=2, samples=4)
+    whole = render(scene, settings).image()
+    for effect in EFFECTS:
+        assert effect.missing(snapshot, scene, settings), effect.name
+        changed, how = effect.without(snapshot, settings)
+        if effect.name != "bounces from the 2nd on":
+            np.testing.assert_array_equal(render(prepare(changed), how).image(), whole, effect.name)
+    told = {row["name"] for row in whatif(snapshot, settings, 0.02)["effects"]}
+    listed = ("soft shadows", "depth of field", "motion blur", "world light", "glossy bounces", "refraction")
+    more = ("caustics", "transparency", "bump and displacement", "volumes", "bounces from the 2nd on")
+    assert told >= {*listed, *more}
+
+
 def test_world_light_is_all_of_a_scene_that_has_no_other():
     """A = R, B = 0: energy 100 %, difference √(E R²)/E R = 1 for a uniform floor under a uniform sky."""
     row = effects_of(plain(sky=make.world(1.0)))["world light"]

@@ -114,12 +114,14 @@ def test_choice_goes_lane_by_lane():
     assert (one[0], leftover[0]) == (choice[7], left[7])
 
 
-def test_the_last_uniform_below_one_finds_a_choice():
-    """Rounding may leave Σ shares a little below 1: the last closure takes the rest."""
-    third = np.full(1, 1 / 3, np.float32)
-    choice, left = choose([third, third, third], np.array([BELOW_ONE], np.float32))
-    assert choice.tolist() == [2]
-    assert 0.999 < left[0] < 1
+@pytest.mark.parametrize(("shares", "last"), [([1 / 3] * 3, 2), ([0, 0.33, 0, 0.33, 0.33, 0, 0], 4)])
+@pytest.mark.parametrize("lanes", [1, 2])
+def test_the_last_uniform_below_one_finds_a_choice(shares, last, lanes):
+    """Rounding may leave Σ shares below 1: the last closure that has a share takes the rest."""
+    choice, left = choose([np.full(lanes, s, np.float32) for s in shares], np.array([BELOW_ONE] * 2, "f4"))
+    assert choice.tolist() == [last, last]
+    assert left.min() > 0.999
+    assert left.max() < 1
 
 
 def test_shares_sum_to_one_and_follow_what_is_scattered():

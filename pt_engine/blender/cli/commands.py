@@ -7,7 +7,7 @@ import time
 from ...render.replay import replay
 from .. import registration
 from ..pages import write_page
-from ..record import Observer, write_json
+from ..record import Observer, close_times, write_json
 from .blendfile import choose_view_layer, open_scene
 from .comparison import compare_command, page_for, whatif_command
 from .drive import run_engine
@@ -36,7 +36,7 @@ def render_command(arguments) -> None:
         save_png(arguments.png, scene, record.has_holes)
     statistics = record.statistics()
     statistics["seconds"]["write"] = time.perf_counter() - rendered
-    statistics["seconds"]["total"] = time.perf_counter() - started
+    close_times(statistics["seconds"], time.perf_counter() - started)
     if arguments.stats:
         write_json(arguments.stats, statistics)
     if page:

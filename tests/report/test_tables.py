@@ -1,0 +1,62 @@
+"""What tables tell of intervals: a band that spans decades is no band."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from pt_engine.report.fits import geometric_mean_of, mean_of, tells
+from pt_engine.report.tables import comparison_lines
+
+
+def row(errors, slopes):
+    """A contender with these errors and slopes, a number a seed."""
+    error = geometric_mean_of(errors)._asdict()
+    return {
+        "name": "as set",
+        "samples": 16,
+        "mse_at_equal_time": error,
+        "mse_at_equal_samples": error,
+        "relative_efficiency": 1.0,
+        "slope": mean_of(slopes)._asdict(),
+        "bias": {"relative": 0.0, "z": 0.0},
+        "verdict": "",
+    }
+
+
+def lines(errors, slopes):
+    result = {
+        "reference": {"origin": "made", "error": 0.01},
+        "seeds": len(errors),
+        "seconds": 1,
+        "samples": 16,
+    }
+    return comparison_lines({**result, "rows": [row(errors, slopes)]})
+
+
+@pytest.mark.parametrize(
+    ("errors", "slopes"), [((1e-3, 2e-3), (-0.5, -1.5)), ((1e-3,), (-1.0,)), ((1e-3, 1e-6, 1.0), (0, -1, -2))]
+)
+def test_what_few_seeds_do_not_tell_is_said_in_words(errors, slopes):
+    told = lines(errors, slopes)
+    assert told[-1].startswith(f"±?: not known from {len(errors)} seed")
+    assert told[-2].count("±?") == 3
+    assert "%" not in told[-2].split("x")[0]
+
+
+def test_what_seeds_tell_is_a_number():
+    """Student's t of three numbers: x̄ ± 4.303 s/√3."""
+    told = lines((1.0e-3, 1.1e-3, 1.2e-3), (-1.0, -0.9, -1.1))
+    half = 4.303 / math.sqrt(3)
+    spread = math.exp(half * 0.0914)  # s of the logarithms
+    assert f"±{spread - 1:.0%}" in told[-1]
+    assert f"±{half * 0.1:.2f}" in told[-1]
+    assert not any("±?" in line for line in told)
+
+
+def test_an_interval_of_a_factor_of_two_is_the_widest_that_tells():
+    assert tells(0.5, 2.0)
+    assert not tells(0.49, 2.0)
+    assert not tells(0.0, 1.0)
+    assert not tells(math.nan, math.nan)
