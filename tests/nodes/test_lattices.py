@@ -40,7 +40,7 @@ class NoGrids:
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4])
 def test_grids_of_other_lanes_give_the_same_bits(dimension, monkeypatch):
-    """Bumps come back to where grids are, a millionth of a cell to ten cells beside them, or wholly elsewhere."""
+    """Bumps come back to where grids are, a millionth of a cell or ten cells beside them, or far away."""
     many = points(dimension, 4)
     many[-1][:100] = 1  # on lattice points
     monkeypatch.setattr(perlin, "GRIDS", kept := grids.Grids())
