@@ -23,7 +23,7 @@ UInt32 = NDArray[np.uint32]
 FEW: Final = 2048  # lanes beside which a grid's calls cost more than it spares
 DEAR: Final = 2.5  # times as much as a point of a grid a lane's corners cost
 CHUNK: Final = 32768  # points hashed at a time
-MOST: Final = 1 << 19  # points of a grid; beyond, its cells are too far away in memory
+MOST: Final = 1 << 18  # points of a grid; looking up cells of a larger one is hardly cheaper than hashing
 KEPT: Final = 1 << 25  # bytes of all grids that are kept
 PLACES: Final = 1024  # that are remembered
 
