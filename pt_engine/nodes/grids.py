@@ -93,19 +93,21 @@ class Place:
         self.grid: Grid | None = None
 
     def widen(self, first: Sequence[int], last: Sequence[int]) -> None:
-        """Have the box hold another, with some room around it if it did not."""
+        """Have the box hold another, with some room around it if it did not; alone if both are too much."""
         ends = list(zip(self.first, self.last, first, last, strict=True))
         if all(a <= c and d <= b for a, b, c, d in ends):
             return
         room = max(max(b, d) - min(a, c) for a, b, c, d in ends) >> 4
         self.first = [a if a <= c else c - room for a, _, c, _ in ends]
         self.last = [b if d <= b else d + room for _, b, _, d in ends]
+        if points_between(self.first, self.last) > MOST:
+            self.first, self.last = list(first), list(last)
         self.lanes, self.grid = 0, None
 
-    @property
-    def points(self) -> int:
-        """How many a grid of the box has."""
-        return math.prod(b - a + 1 for a, b in zip(self.first, self.last, strict=True))
+
+def points_between(first: Sequence[int], last: Sequence[int]) -> int:
+    """How many points a box has."""
+    return math.prod([b - a + 1 for a, b in zip(first, last, strict=True)])
 
 
 class Grids:
@@ -118,6 +120,8 @@ class Grids:
     def around(self, first: Sequence[int], last: Sequence[int], lanes: int) -> Grid | None:
         """One that holds some cells' corners, or None where hashing lane by lane is less work so far."""
         last = [b + 1 for b in last]
+        if points_between(first, last) > MOST:
+            return None
         length = max(b - a for a, b in zip(first, last, strict=True)).bit_length()
         # boxes about as large, about there, are one place
         key = (length, *((a + b >> length) + 1 >> 1 for a, b in zip(first, last, strict=True)))
@@ -127,7 +131,7 @@ class Grids:
             before = place.grid
             place.widen(first, last)
             place.lanes += lanes
-            points = place.points
+            points = points_between(place.first, place.last)
             if place.grid is None and points <= MOST and points < DEAR * place.lanes:
                 place.grid = Grid(place.first, place.last)
             if place.grid is not before or len(self._places) > PLACES:

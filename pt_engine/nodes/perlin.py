@@ -76,27 +76,25 @@ class Cloud(NamedTuple):
         Coordinates by axis.
     size : int
         n.
-    low, high : (dimension,) float32
+    bounds : (dimension, 2) float32
         Between which they lie.
     """
 
     rows: Point
     size: int
-    low: Float32
-    high: Float32
+    bounds: Float32
 
     @classmethod
     def of(cls, point: Point) -> Cloud:
         """The cloud of a point's lanes."""
         size = max(p.shape[-1] for p in point)
         if size == 0:
-            return cls(point, 0, np.zeros(len(point), np.float32), np.zeros(len(point), np.float32))
-        return cls(point, size, np.array([np.min(p) for p in point]), np.array([np.max(p) for p in point]))
+            return cls(point, 0, np.zeros((len(point), 2), np.float32))
+        return cls(point, size, np.array([(np.min(p), np.max(p)) for p in point]))
 
     def ends(self, scale: Float32) -> list[Ends]:
         """By axis between which coordinates the points times a number lie; rounding keeps their order."""
-        one, other = (self.low * scale).tolist(), (self.high * scale).tolist()
-        return [(min(pair), max(pair)) for pair in zip(one, other, strict=True)]
+        return [(min(pair), max(pair)) for pair in (self.bounds * scale).tolist()]
 
 
 def signed_noise(point: Point) -> Float32:

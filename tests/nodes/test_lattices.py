@@ -54,16 +54,19 @@ def test_grids_of_other_lanes_give_the_same_bits(dimension, monkeypatch):
     assert made >= 2
 
 
-def test_a_grid_is_made_once_lanes_have_cost_as_much_and_kept_for_all_that_fit():
+def test_a_grid_is_made_once_lanes_have_cost_as_much_and_kept_for_all_that_fit(monkeypatch):
     """Ski rental: never more than twice the cost of the better way. A box that must grow starts anew."""
     kept, first, last = grids.Grids(), [0, 0, 0], [38, 38, 38]  # 40³ corners
     lanes = int(40**3 / grids.DEAR / 3)
     assert [kept.around(first, last, lanes) is None for _ in range(4)] == [True, True, True, False]
+    monkeypatch.setattr(grids, "MOST", 60**3)
     grid = kept.around(first, last, 1)
     assert kept.around([3, 0, 1], [38, 30, 33], 1) is grid
     assert kept.around([-1, 0, 0], last, 1) is None
     assert kept.around([-3, 0, 0], last, 3 * lanes) is None  # now with some room around it
     assert kept.around([-3, 0, 0], last, 3 * lanes) is not None
+    assert kept.around([-20] * 3, [20] * 3, 3 * lanes) is None  # more than 60³ hold both
+    assert kept.around([-20] * 3, [20] * 3, 3 * lanes) is not None
 
 
 def test_only_so_many_grids_are_kept(monkeypatch):
@@ -75,7 +78,7 @@ def test_only_so_many_grids_are_kept(monkeypatch):
         kept.around([100 * k] * 3, [100 * k + 8] * 3, 1000)
     assert [place.first[0] for place in kept._places.values()] == [1500, 1600, 1700, 1800, 1900]
     for k in range(20):
-        kept.around([100 * k] * 3, [100 * k + 80] * 3, 1)
+        kept.around([100 * k] * 3, [100 * k + 40] * 3, 1)
     assert len(kept._places) == 7
 
 
