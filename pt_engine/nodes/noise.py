@@ -17,7 +17,7 @@ from .math_nodes import select
 from .perlin import Cloud, Point, scaled_noise, signed_noise
 
 Float32 = NDArray[np.float32]
-MANY: Final = 16384  # lanes beside which what numpy's calls cost by themselves is little
+MANY: Final = 8192  # lanes beside which what numpy's calls cost by themselves is little
 
 
 def scaled(point: Point, s: Float32) -> list[Float32]:

@@ -3,7 +3,7 @@
 Perlin 2002, "Improving Noise", with Jenkins' hash for the lattice. Cost is what matters here: a fractal asks
 for this dozens of times per lane. So all corners of a block of lanes are worked on at once in buffers that
 stay in cache; every axis has an array dimension of its own for its two corners, the first axis the
-innermost, so that what corners have in common is computed once by broadcasting. Gradients are looked up for
+outermost, so that what corners have in common is computed once by broadcasting. Gradients are looked up for
 two lanes at a time.
 """
 
@@ -17,7 +17,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .lattice import FEW, SIZES, Grid, Hashes, along
+from .grids import FEW, GRIDS, Grid
+from .lattice import SIZES, Hashes, along
 
 Float32 = NDArray[np.float32]
 Point = Sequence[Float32]
@@ -30,7 +31,7 @@ MANY_PERIODS: Final = 5000 * PERIOD  # float32 holds all multiples of the period
 HUGE: Final = 1e15  # below it a float64 holds every multiple of the period exactly
 KEPT: Final = 4  # blocks' buffers
 BLOCK: Final = 65536  # corners at a time: few calls, and some arrays of them still fit a core's cache
-ONE: Final = np.ones(1, np.float32)
+ONE, SIX, TEN, FIFTEEN = (np.array(k, np.float32) for k in (1, 6, 10, 15))
 
 
 def _gradients(dimension: int) -> Float32:
@@ -75,27 +76,25 @@ class Cloud(NamedTuple):
         Coordinates by axis.
     size : int
         n.
-    low, high : (dimension,) float32
+    bounds : (dimension, 2) float32
         Between which they lie.
     """
 
     rows: Point
     size: int
-    low: Float32
-    high: Float32
+    bounds: Float32
 
     @classmethod
     def of(cls, point: Point) -> Cloud:
         """The cloud of a point's lanes."""
         size = max(p.shape[-1] for p in point)
         if size == 0:
-            return cls(point, 0, np.zeros(len(point), np.float32), np.zeros(len(point), np.float32))
-        return cls(point, size, np.array([np.min(p) for p in point]), np.array([np.max(p) for p in point]))
+            return cls(point, 0, np.zeros((len(point), 2), np.float32))
+        return cls(point, size, np.array([(np.min(p), np.max(p)) for p in point]))
 
     def ends(self, scale: Float32) -> list[Ends]:
         """By axis between which coordinates the points times a number lie; rounding keeps their order."""
-        one, other = (self.low * scale).tolist(), (self.high * scale).tolist()
-        return [(min(pair), max(pair)) for pair in zip(one, other, strict=True)]
+        return [(min(pair), max(pair)) for pair in (self.bounds * scale).tolist()]
 
 
 def signed_noise(point: Point) -> Float32:
@@ -112,25 +111,26 @@ def scaled_noise(cloud: Cloud, scale: Float32) -> Float32:
     ends = cloud.ends(scale)
     shift, grid = _common_shift(ends), None
     if shift is not None and size >= FEW:
-        first, last = np.floor(_shifted(np.array(ends, np.float32), shift)).T.tolist()
-        grid = Grid.between(first, last, size)
-    count = -(-(size << dimension) // BLOCK)
+        if any(turned for turned, _ in shift):
+            ends = _shifted(np.array(ends, np.float32), shift).tolist()
+        grid = GRIDS.around([math.floor(a) for a, _ in ends], [math.floor(b) for _, b in ends], size)
+    count = max(round((size << dimension) / BLOCK), 1)
     n = -(-size // count)
     m = n + n % 2  # lanes go in pairs
-    part, low = np.zeros((dimension, m), np.float32), np.empty((dimension, m), np.float32)
+    point, low = np.zeros((dimension, m), np.float32), np.empty((dimension, m), np.float32)
     every = (*range(dimension),)
     for k in range(count):
         start = min(k * n, size - n)  # all blocks are of one size; the last overlaps the one before
-        for row, p in zip(part, cloud.rows, strict=True):
-            np.multiply(p[start : start + n] if p.shape[-1] > 1 else p, scale, out=row[:n])
+        for row, p in zip(point, cloud.rows, strict=True):
+            np.multiply(p[start : start + n] if p.shape[-1] > 1 else p, scale, row[:n])
         if shift is None:
-            part[:] = _periodic(part)
+            point[:] = _periodic(point)
         else:
-            _shifted(part, shift)
-        np.floor(part, out=low)
-        part -= low
-        active = every if part[:, 0].all() else (*np.flatnonzero(part.any(axis=1)).tolist(),)
-        found = ROOM.block(dimension, active, m).blend(part, low, grid)
+            _shifted(point, shift)
+        np.floor(point, low)
+        off = point != low
+        active = every if off[:, 0].all() else (*np.flatnonzero(off.any(axis=1)).tolist(),)
+        found = ROOM.block(dimension, active, m).blend(point, low, grid)
         np.multiply(found[:n], np.float32(SCALE[dimension - 1]), out=out[start : start + n])
     out += np.float32(0)  # of two zeros always the positive one, whichever corners were left out
     return out
@@ -193,7 +193,7 @@ class Block:
     """Where the noise of a block of lanes is worked out.
 
     An axis on which all lanes lie on lattice points (z of a uv map) has no far corners and no slope. Each of
-    the others has an array dimension for its two corners, the first axis the innermost.
+    the others has an array dimension for its two corners, the first axis the outermost.
 
     Parameters
     ----------
@@ -214,19 +214,23 @@ class Block:
         self.hashes = Hashes(dimension, active, work)
         self.pairs, self.index = work[:2].view(np.complex64), work[2].view(np.intp)
         self.slopes, self.term = work[:2].view(np.float32)
-        self.sides = np.empty((axes, 2, n), np.float32)  # distances from the near and the far corners
-        self.offsets = [sides.reshape(*along(k, axes), n) for k, sides in enumerate(self.sides)]
+        self.sides = np.empty((2, axes, n), np.float32)  # distances from the near and the far corners
+        self.offsets = [self.sides[:, k].reshape(*along(k, axes), n) for k in range(axes)]
         self.fade, self.cube = np.empty((axes, n), np.float32), np.empty((axes, n), np.float32)
+        self.halves, numbers = [], self.slopes
+        for fade in self.fade:
+            near, numbers = numbers
+            self.halves.append((near, numbers, fade))
 
-    def blend(self, part: Float32, low: Float32, grid: Grid | None) -> Float32:
-        """Unscaled noise `part` of a step beyond lattice points `low`: slopes, blended axis after axis."""
+    def blend(self, point: Float32, low: Float32, grid: Grid | None) -> Float32:
+        """Unscaled noise of points in the cells that begin at `low`: slopes, blended axis after axis."""
         if not self.active:
             return np.zeros(self.n, np.float32)
         if grid is None:
             self.hashes.pairs(low, self.index)
         else:
             grid.pairs(low, self.active, self.index)
-        self._place(part if len(self.active) == self.dimension else part[list(self.active)])
+        self._place(point, low)
         numbers, more = self.slopes, self.term
         for k, (axis, offset) in enumerate(zip(self.active, self.offsets, strict=True)):
             PAIRS[self.dimension][axis].take(self.index, out=self.pairs[min(k, 1)], mode="clip")
@@ -235,26 +239,27 @@ class Block:
                 numbers += more
             else:
                 numbers *= offset
-        for fade in self.fade:
-            near, numbers = numbers[..., 0, :], numbers[..., 1, :]
+        for near, numbers, fade in self.halves:
             numbers -= near
             numbers *= fade
             numbers += near
         blended: Float32 = numbers
         return blended
 
-    def _place(self, part: Float32) -> None:
+    def _place(self, point: Float32, low: Float32) -> None:
         """Distances from the corners, and the weights of the far ones: 6t⁵ − 15t⁴ + 10t³."""
-        fade, cube = self.fade, self.cube
-        np.multiply(part, np.float32(6), out=fade)
-        fade -= np.float32(15)
-        fade *= part
-        fade += np.float32(10)
-        np.multiply(part, part, out=cube)
-        cube *= part
+        if len(self.active) < self.dimension:
+            point, low = point[list(self.active)], low[list(self.active)]
+        (near, far), fade, cube = self.sides, self.fade, self.cube
+        np.subtract(point, low, near)
+        np.multiply(near, SIX, fade)
+        fade -= FIFTEEN
+        fade *= near
+        fade += TEN
+        np.multiply(near, near, cube)
+        cube *= near
         fade *= cube
-        self.sides[:, 0] = part
-        np.subtract(part, np.float32(1), out=self.sides[:, 1])
+        np.subtract(near, ONE, far)
 
 
 ROOM: Final = Room()

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from pt_engine.nodes import lattice, noise, noise_nodes, perlin, voronoi, voronoi_cells
+from pt_engine.nodes import grids, lattice, noise, noise_nodes, perlin, voronoi, voronoi_cells
 from pt_engine.nodes.hashes import hash_uints
 
 FEW = 7
@@ -26,8 +26,60 @@ def test_perlin_noise_does_not_depend_on_the_batch(dimension, extent):
     together = perlin.signed_noise(many)
     apart = [perlin.signed_noise([p[k : k + 1] for p in many])[0] for k in range(FEW)]
     np.testing.assert_array_equal(together[:FEW], apart)
-    first, last = ([float(np.floor(end(p))) for p in many] for end in (np.min, np.max))
-    assert (lattice.Grid.between(first, last, len(many[0])) is not None) == (extent == 2)
+    first, last = ([int(np.floor(end(p))) for p in many] for end in (np.min, np.max))
+    assert (grids.Grids().around(first, last, len(many[0])) is not None) == (extent == 2)
+
+
+class NoGrids:
+    """Every lane's corners are hashed."""
+
+    @staticmethod
+    def around(first, last, lanes):
+        return None
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_grids_of_other_lanes_give_the_same_bits(dimension, monkeypatch):
+    """Bumps come back to where grids are, a millionth of a cell or ten cells beside them, or far away."""
+    many = points(dimension, 4)
+    many[-1][:100] = 1  # on lattice points
+    monkeypatch.setattr(perlin, "GRIDS", kept := grids.Grids())
+    for offset in (0, 1e-6, 1e-3, 0.3, 1, 10, 1e5, np.nan, 1e30):
+        there = [p + np.float32(offset) for p in many]
+        with monkeypatch.context() as plain, np.errstate(all="ignore"):
+            found = perlin.signed_noise(there)
+            plain.setattr(perlin, "GRIDS", NoGrids)
+            np.testing.assert_array_equal(found.view(np.uint32), perlin.signed_noise(there).view(np.uint32))
+    made = sum(place.grid is not None for place in kept._places.values())
+    assert made >= 2
+
+
+def test_a_grid_is_made_once_lanes_have_cost_as_much_and_kept_for_all_that_fit(monkeypatch):
+    """Ski rental: never more than twice the cost of the better way. A box that must grow starts anew."""
+    kept, first, last = grids.Grids(), [0, 0, 0], [38, 38, 38]  # 40³ corners
+    lanes = int(40**3 / grids.DEAR / 3)
+    assert [kept.around(first, last, lanes) is None for _ in range(4)] == [True, True, True, False]
+    monkeypatch.setattr(grids, "MOST", 60**3)
+    grid = kept.around(first, last, 1)
+    assert kept.around([3, 0, 1], [38, 30, 33], 1) is grid
+    assert kept.around([-1, 0, 0], last, 1) is None
+    assert kept.around([-3, 0, 0], last, 3 * lanes) is None  # now with some room around it
+    assert kept.around([-3, 0, 0], last, 3 * lanes) is not None
+    assert kept.around([-20] * 3, [20] * 3, 3 * lanes) is None  # more than 60³ hold both
+    assert kept.around([-20] * 3, [20] * 3, 3 * lanes) is not None
+
+
+def test_only_so_many_grids_are_kept(monkeypatch):
+    """Those that were asked for last."""
+    monkeypatch.setattr(grids, "KEPT", 5 * 10**3 * 9)
+    monkeypatch.setattr(grids, "PLACES", 7)
+    kept = grids.Grids()
+    for k in range(20):
+        kept.around([100 * k] * 3, [100 * k + 8] * 3, 1000)
+    assert [place.first[0] for place in kept._places.values()] == [1500, 1600, 1700, 1800, 1900]
+    for k in range(20):
+        kept.around([100 * k] * 3, [100 * k + 40] * 3, 1)
+    assert len(kept._places) == 7
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4])
@@ -91,7 +143,7 @@ def test_the_shortened_hash_has_the_low_bits_of_the_whole(dimension):
     )
     for corner in itertools.product((0, 1), repeat=dimension):
         whole = hash_uints(*(key + np.uint32(step) for key, step in zip(keys, corner, strict=True)))
-        found = hashes.of_corners(cells)[corner[::-1]]  # the first axis is the innermost
+        found = hashes.of_corners(cells)[corner]
         np.testing.assert_array_equal(found & np.uint32(31), whole & np.uint32(31))
 
 

@@ -1,0 +1,151 @@
+"""Parts of Perlin noise's lattice hashed as a whole, for lanes that are more than its points.
+
+Bumps, bounces and samples come back to the same places octave by octave, so grids are kept.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import threading
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .hashes import hash_uints
+from .lattice import SIZES, Index
+
+Float32 = NDArray[np.float32]
+UInt32 = NDArray[np.uint32]
+
+FEW: Final = 2048  # lanes beside which a grid's calls cost more than it spares
+DEAR: Final = 2.5  # times as much as a point of a grid a lane's corners cost
+CHUNK: Final = 32768  # points hashed at a time
+MOST: Final = 1 << 18  # points of a grid; looking up cells of a larger one is hardly cheaper than hashing
+KEPT: Final = 1 << 25  # bytes of all grids that are kept
+PLACES: Final = 1024  # that are remembered
+
+
+class Grid:
+    """The hashes of all lattice points of a box, whose ends are `first` and `last` by axis."""
+
+    def __init__(self, first: Sequence[int], last: Sequence[int]) -> None:
+        self.dimension = len(first)
+        count = [b - a + 1 for a, b in zip(first, last, strict=True)]
+        lines = [(np.int32(a) + np.arange(n, dtype=np.int32)) for a, n in zip(first, count, strict=True)]
+        size = SIZES[self.dimension]
+        kind: Any = np.uint8 if size <= 16 else np.uint16  # two of them have room in it
+        row, rest = points_of(lines[:2]), [axis[:, None] for axis in points_of(lines[2:])]
+        hashes = np.empty((math.prod(count[2:]), row[0].size), kind)
+        some = max(CHUNK // row[0].size, 1)
+        for k in range(0, len(hashes), some):
+            part = hash_uints(*row, *(axis[k : k + some] for axis in rest))
+            np.bitwise_and(part, np.uint32(size - 1), out=hashes[k : k + some], casting="unsafe")
+        self._hash = hashes.reshape(-1)
+        self._stride = [math.prod(count[:axis]) for axis in range(self.dimension)]
+        self._first = np.array(first, np.float32)[:, None]
+        self._cells: dict[tuple[int, ...], NDArray[Any]] = {}
+
+    @property
+    def nbytes(self) -> int:
+        """What its points and cells take."""
+        return self._hash.nbytes * (1 + (1 << self.dimension))
+
+    def cells(self, active: tuple[int, ...]) -> NDArray[Any]:
+        """(points, corners) hashes of the corners of the cell that begins at each point."""
+        if active not in self._cells:
+            strides = [self._stride[axis] for axis in active]
+            corners = list(itertools.product((0, 1), repeat=len(active)))
+            table = np.zeros((len(self._hash), len(corners)), self._hash.dtype)
+            for k, corner in enumerate(corners):
+                step = sum(itertools.compress(strides, corner))
+                table[: len(table) - step, k] = self._hash[step:]
+            self._cells[active] = table
+        return self._cells[active]
+
+    def pairs(self, low: Float32, active: tuple[int, ...], index: Index) -> None:
+        """Where in `PAIRS` the corners of the cells `low` are, as `Hashes.pairs` has it."""
+        steps = low - self._first
+        place = steps[0]
+        for row, stride in zip(steps[1:], self._stride[1:], strict=True):
+            row *= np.float32(stride)
+            place += row  # exact: a grid has less than 2²⁴ points
+        found = self.cells(active).take(place.astype(np.intp), axis=0, mode="clip")
+        whole = found.view(f"u{min(found.shape[1] * found.itemsize, 8)}").reshape(len(found) // 2, 2, -1)
+        bits = whole.dtype.type(SIZES[self.dimension].bit_length() - 1)
+        pair = whole[:, 0] | whole[:, 1] << bits
+        index.reshape(-1, index.shape[-1])[:] = pair.view(found.dtype).T
+
+
+def points_of(lines: Sequence[NDArray[np.int32]]) -> list[UInt32]:
+    """The coordinates by axis of all points that some coordinates on each make, the first the innermost."""
+    axes = np.meshgrid(*lines[::-1], indexing="ij")
+    return [np.ascontiguousarray(axis).reshape(-1).view(np.uint32) for axis in axes[::-1]]
+
+
+class Place:
+    """A box of the lattice, how many lanes have come since it is as large, and its grid if they were many."""
+
+    def __init__(self, first: Sequence[int], last: Sequence[int]) -> None:
+        self.first, self.last, self.lanes = list(first), list(last), 0
+        self.grid: Grid | None = None
+
+    def widen(self, first: Sequence[int], last: Sequence[int]) -> None:
+        """Have the box hold another, with some room around it if it did not; alone if both are too much."""
+        ends = list(zip(self.first, self.last, first, last, strict=True))
+        if all(a <= c and d <= b for a, b, c, d in ends):
+            return
+        room = max(max(b, d) - min(a, c) for a, b, c, d in ends) >> 4
+        self.first = [a if a <= c else c - room for a, _, c, _ in ends]
+        self.last = [b if d <= b else d + room for _, b, _, d in ends]
+        if points_between(self.first, self.last) > MOST:
+            self.first, self.last = list(first), list(last)
+        self.lanes, self.grid = 0, None
+
+
+def points_between(first: Sequence[int], last: Sequence[int]) -> int:
+    """How many points a box has."""
+    return math.prod([b - a + 1 for a, b in zip(first, last, strict=True)])
+
+
+class Grids:
+    """Grids by place. One is made when the lanes that came there, hashed one by one, have cost as much."""
+
+    def __init__(self) -> None:
+        self._places: dict[tuple[int, ...], Place] = {}
+        self._lock = threading.Lock()
+
+    def around(self, first: Sequence[int], last: Sequence[int], lanes: int) -> Grid | None:
+        """One that holds some cells' corners, or None where hashing lane by lane is less work so far."""
+        last = [b + 1 for b in last]
+        if points_between(first, last) > MOST:
+            return None
+        length = max(b - a for a, b in zip(first, last, strict=True)).bit_length()
+        # boxes about as large, about there, are one place
+        key = (length, *((a + b >> length) + 1 >> 1 for a, b in zip(first, last, strict=True)))
+        with self._lock:
+            place = self._places.pop(key, None) or Place(first, last)
+            self._places[key] = place
+            before = place.grid
+            place.widen(first, last)
+            place.lanes += lanes
+            points = points_between(place.first, place.last)
+            if place.grid is None and points <= MOST and points < DEAR * place.lanes:
+                place.grid = Grid(place.first, place.last)
+            if place.grid is not before or len(self._places) > PLACES:
+                self._forget()
+            return place.grid
+
+    def _forget(self) -> None:
+        """Drop the places that were not asked for the longest, as far as they are too many or too large."""
+        kept = sum(place.grid.nbytes for place in self._places.values() if place.grid is not None)
+        for key in list(self._places):
+            if kept <= KEPT and len(self._places) <= PLACES:
+                break
+            grid = self._places.pop(key).grid
+            kept -= 0 if grid is None else grid.nbytes
+
+
+GRIDS: Final = Grids()
