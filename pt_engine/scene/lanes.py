@@ -47,6 +47,7 @@ class Lanes:
         Whether the slice lies on geometry with shading normals.
     """
 
+    _raised: tuple[Float32, Float32] | None = None  # the last normal that was, and to what
     displaced: Lanes | None = None  # where these lanes are those before displacement: those after it
 
     def __init__(self, scene: Scene, si: Surface, path: Arrival, smooth: bool) -> None:
@@ -164,7 +165,12 @@ class Lanes:
 
     def raised(self, normal: Float32 | None) -> Float32:
         """(3, n) a normal (None: `ns`) as glossy closures use it: see `raised_normal`."""
-        return self._raised_ns if normal is None else raised_normal(self.ng, self.wi, normal)
+        if normal is None:
+            return self._raised_ns
+        known = self._raised
+        if known is None or known[0] is not normal:  # the gain of a gloss asks for what its closure will
+            known = self._raised = normal, raised_normal(self.ng, self.wi, normal)
+        return known[1]
 
     @cached_property
     def _raised_ns(self) -> Float32:
