@@ -125,13 +125,14 @@ class Table:
 
     Attributes
     ----------
-    rows : (K, C) float32
-        Contiguous rows, for one gather.
+    channels, rises : (C, K) float32
+        Samples, and how much more the next one is; 0 after the last.
     """
 
     def __init__(self, values: Float32) -> None:
-        self.rows = np.ascontiguousarray(values.T, np.float32)
-        self._key = (self.rows.shape, self.rows.tobytes())
+        self.channels = np.ascontiguousarray(values, np.float32)
+        self.rises = np.diff(self.channels, axis=1, append=self.channels[:, -1:])
+        self._key = (self.channels.shape, self.channels.tobytes())
 
     def __hash__(self) -> int:
         return hash(self._key)
@@ -141,15 +142,19 @@ class Table:
 
     def at(self, f: Float32, smooth: bool) -> Float32:
         """(C, n) at f, clamped to [0, 1]; linear between samples where `smooth`."""
-        last = len(self.rows) - 1
-        x = np.fmin(np.fmax(f, 0), 1) * np.float32(last)
-        low = x.astype(np.int32)
-        a = self.rows.take(low, axis=0).T
-        if not smooth:
-            return np.ascontiguousarray(a)
-        b = self.rows.take(low + 1, axis=0, mode="clip").T
-        out: Float32 = a + (x - low.astype(np.float32)) * (b - a)
+        place, beyond = self.place(f)
+        out = np.empty((len(self.channels), f.size), np.float32)
+        for row, samples, rises in zip(out, self.channels, self.rises, strict=True):
+            samples.take(place, out=row, mode="clip")
+            if smooth:
+                row += beyond * rises.take(place, mode="clip")
         return out
+
+    def place(self, f: Float32) -> tuple[NDArray[np.intp], Float32]:
+        """(n,) the last sample before f, clamped to [0, 1], and how far beyond it f is, in steps."""
+        x = np.fmin(np.fmax(f, 0), 1) * np.float32(self.channels.shape[1] - 1)
+        low = np.floor(x)
+        return low.astype(np.intp), x - low
 
 
 @op(COLOR, FLOAT)
@@ -175,15 +180,12 @@ def curve(table: Table, channel: int, low: float, high: float, extend: bool, x: 
     """One channel of a curve; past its ends flat, or on along its last stretch where `extend`."""
     span = high - low
     f = (x - np.float32(low)) * np.float32(1 / span if span else 0)
-    column = np.ascontiguousarray(table.rows[:, channel])
-    last = len(column) - 1
-    at = np.fmin(np.fmax(f, 0), 1) * np.float32(last)
-    i = at.astype(np.int32)
-    a = column.take(i)
-    out: Float32 = a + (at - i.astype(np.float32)) * (column.take(i + 1, mode="clip") - a)
+    samples, rises = table.channels[channel], table.rises[channel]
+    place, beyond = table.place(f)
+    out: Float32 = samples.take(place, mode="clip") + beyond * rises.take(place, mode="clip")
     if extend:
-        first_slope = (column[1] - column[0]) * np.float32(last)
-        last_slope = (column[-1] - column[-2]) * np.float32(last)
+        last = np.float32(len(samples) - 1)
+        first_slope, last_slope = rises[0] * last, rises[-2] * last
         out = out + np.minimum(f, 0) * first_slope + np.maximum(f - 1, 0) * last_slope
     return out
 

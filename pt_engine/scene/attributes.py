@@ -6,7 +6,9 @@ mesh is stored once. `shift[instance]` takes the first to the second.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,15 +24,15 @@ Int32 = NDArray[np.int32]
 
 @dataclass
 class Layer:
-    """Values of one attribute at triangle corners: `values[index[triangle, corner]]`.
+    """Values of one attribute at triangle corners: `values[:, index[corner, triangle]]`.
 
     Attributes
     ----------
-    values : (K, C) float32
-    index : (T', 3) int32
+    values : (C, K) float32
+    index : (3, T') int32
     shift : (I,) int32
-        Add to a global triangle number to get a row of `index`; instances without the attribute
-        point at the last row, which holds the default.
+        Add to a global triangle number to get a column of `index`; instances without the attribute
+        point at the last one, which holds the default.
     has : (I,) bool
     """
 
@@ -41,18 +43,36 @@ class Layer:
 
     def corners(self, prim: Int32, instance: Int32) -> tuple[Float32, Float32, Float32]:
         """(C, N) values at the three corners of each lane's triangle."""
-        row = prim + self.shift.take(instance)
+        column = (prim + self.shift.take(instance)).astype(np.intp)
         if not self.has.all():
-            row[~self.has.take(instance)] = len(self.index) - 1
-        corner = self.index.take(row, axis=0)
-        a, b, c = (np.ascontiguousarray(self.values.take(corner[:, k], axis=0).T) for k in range(3))
+            column[~self.has.take(instance)] = self.index.shape[1] - 1
+        found = np.empty((3, len(self.values), len(column)), self.values.dtype)
+        for corner, index in zip(found, self.index, strict=True):
+            place = index.take(column).astype(np.intp)
+            for row, values in zip(corner, self.values, strict=True):  # quicker than rows, to be turned round
+                values.take(place, out=row, mode="clip")
+        a, b, c = found
+        return a, b, c
+
+    def spans(self, prim: Int32, instance: Int32) -> tuple[Float32, Float32, Float32]:
+        """(C, N) values at corner 0 of each lane's triangle, and what corners 1 and 2 have more."""
+        a, b, c = self.corners(prim, instance)
+        b -= a
+        c -= a
         return a, b, c
 
     def at(self, prim: Int32, instance: Int32, u: Float32, v: Float32) -> Float32:
         """Interpolated (C, N) values at barycentrics u, v of corners 1 and 2."""
-        a, b, c = self.corners(prim, instance)
-        blended: Float32 = a + u * (b - a) + v * (c - a)
-        return blended
+        return between(self.spans(prim, instance), u, v)
+
+
+def between(spans: tuple[Float32, Float32, Float32], u: Float32, v: Float32) -> Float32:
+    """(C, N) values at barycentrics u, v of `Layer.spans`."""
+    a, b, c = spans
+    blended: Float32 = u * b
+    blended += a
+    blended += v * c
+    return blended
 
 
 def build_layer(
@@ -78,16 +98,21 @@ def build_layer(
     first = geometry.first_triangle[:-1]
     shift = np.array([start.get(int(m), 0) for m in meshes], np.int64) - first
     has = np.array([int(m) in start for m in meshes], bool)
-    return Layer(np.concatenate(values), np.concatenate(index), shift.astype(np.int32), has)
+    return Layer(_columns(values), _columns(index), shift.astype(np.int32), has)
+
+
+def _columns(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Rows (K, C) of some parts as (C, K), in memory too."""
+    joined = np.empty((parts[0].shape[1], sum(map(len, parts))), parts[0].dtype)
+    return np.concatenate([part.T for part in parts], axis=1, out=joined)
 
 
 def appended(table: Layer, last: Layer, rows: NDArray[np.bool_]) -> Layer:
     """`table` with what `last` says of the instances `rows` (I,); both are of the same instances."""
-    index = np.concatenate([table.index, last.index + np.int32(len(table.values))])
-    shift = np.where(rows, last.shift + np.int32(len(table.index)), table.shift)
-    return Layer(
-        np.concatenate([table.values, last.values]), index, shift, np.where(rows, last.has, table.has)
-    )
+    index = np.concatenate([table.index, last.index + np.int32(table.values.shape[1])], axis=1)
+    shift = np.where(rows, last.shift + np.int32(table.index.shape[1]), table.shift)
+    values = np.concatenate([table.values, last.values], axis=1)
+    return Layer(values, index, shift, np.where(rows, last.has, table.has))
 
 
 def normal_layer(snapshot: Snapshot, geometry: Geometry) -> Layer | None:

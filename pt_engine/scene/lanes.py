@@ -17,6 +17,7 @@ from ..core.view import View
 from ..nodes.ir import REST
 from .arrivals import Arrival
 from .bevel import bevelled
+from .faces import Faces
 from .moved import moved, steps
 from .raised_normal import raised_normal
 from .raycast import Met, raycast
@@ -46,12 +47,15 @@ class Lanes:
         Whether the slice lies on geometry with shading normals.
     """
 
+    _raised: tuple[Float32, Float32] | None = None  # the last normal that was, and to what
     displaced: Lanes | None = None  # where these lanes are those before displacement: those after it
 
     def __init__(self, scene: Scene, si: Surface, path: Arrival, smooth: bool) -> None:
         self.scene, self.si, self.smooth, self._path = scene, si, smooth, path
         self.n = si.size
         self.p, self.wi, self.ng = si.p, si.wi, si.ng
+        self.faces = Faces(scene, si)
+        self._steps: dict[float, tuple[Float32, Float32]] = {}
 
     @property
     def batch(self) -> int:
@@ -161,7 +165,12 @@ class Lanes:
 
     def raised(self, normal: Float32 | None) -> Float32:
         """(3, n) a normal (None: `ns`) as glossy closures use it: see `raised_normal`."""
-        return self._raised_ns if normal is None else raised_normal(self.ng, self.wi, normal)
+        if normal is None:
+            return self._raised_ns
+        known = self._raised
+        if known is None or known[0] is not normal:  # the gain of a gloss asks for what its closure will
+            known = self._raised = normal, raised_normal(self.ng, self.wi, normal)
+        return known[1]
 
     @cached_property
     def _raised_ns(self) -> Float32:
@@ -196,25 +205,19 @@ class Lanes:
 
     def uv(self, name: str) -> Float32:
         """(2, n) of a uv map ("" for the active one)."""
-        si = self.si
-        return self.scene.layer("uv", name).at(si.prim, si.instance, si.u, si.v)
+        return self.faces.at(self.si, "uv", name)
 
     def color(self, name: str) -> Float32:
         """(4, n) of a colour attribute ("" for the active one)."""
-        si = self.si
-        return self.scene.layer("color", name).at(si.prim, si.instance, si.u, si.v)
+        return self.faces.at(self.si, "color", name)
 
     def attribute(self, name: str) -> Float32:
         """(5, n) of an attribute: x, y, z, alpha, and what it is as a number."""
-        si = self.si
-        return self.scene.layer("attribute", name).at(si.prim, si.instance, si.u, si.v)
+        return self.faces.at(self.si, "attribute", name)
 
     def generated(self) -> Float32:
         """(3, n) Generated coordinates."""
-        si = self.si
-        return generated_on_rounds(
-            self, self.scene.layer("generated", "").at(si.prim, si.instance, si.u, si.v)
-        )
+        return generated_on_rounds(self, self.faces.at(self.si, "generated"))
 
     @cached_property
     def rounds(self) -> OnRounds | None:
@@ -235,15 +238,13 @@ class Lanes:
 
     def object_tangent(self, uv_name: str) -> tuple[Float32, Float32]:
         """Object-space direction of growing u (unnormalised), sign of the bitangent; 0 without the map."""
-        si = self.si
-        values = self.scene.layer("tangent", uv_name).at(si.prim, si.instance, si.u, si.v)
+        values = self.faces.at(self.si, "tangent", uv_name)
         return values[:3], values[3]
 
     def edges(self) -> tuple[Float32, Float32]:
         """(3, n) world-space edges from a triangle's corner 0 to 1 and 2, turned round from behind."""
-        si, side = self.si, 1 - 2 * self.backfacing
-        a, b, c = self.scene.layer("position", "").corners(si.prim, si.instance)
-        first, second = (self.to_world_vector(e) * side for e in (b - a, c - a))
+        side = 1 - 2 * self.backfacing
+        first, second = (self.to_world_vector(e) * side for e in self.faces.spans("position")[1:])
         return first, second
 
     def barycentric(self) -> Float32:
@@ -260,7 +261,11 @@ class Lanes:
 
     def bump_steps(self, width: float) -> tuple[Float32, Float32]:
         """Two small steps (3, n) along the faces, `width` of a pixel long, for Bump."""
-        return steps(self, width) if self.displaced is None else rest_steps(self, self.displaced, width)
+        if self.displaced is not None:
+            return rest_steps(self, self.displaced, width)
+        if width not in self._steps:
+            self._steps[width] = steps(self, width)
+        return self._steps[width]
 
     def shifted(self, axis: int, width: float) -> Lanes:
         """The lanes one such step along; `axis` 1 or 2. Needs the "position" layer.

@@ -42,12 +42,8 @@ def across(lanes: Lanes, step: Float32) -> tuple[Float32, Float32]:
     n = e1 × e2. On back faces du and dv have the other sign, though the position has not: so it is in Cycles,
     which turns e1 and e2 around there, and a bump of attributes looks the other way.
     """
-    si = lanes.si
-    a, b, c = lanes.scene.layer("position", "").corners(si.prim, si.instance)
-    e1, e2 = b - a, c - a
-    n = vectors.cross(e1, e2)
-    area = vectors.dot(n, n)
-    scale = (1 - 2 * lanes.backfacing) * (area > 0) / (area + (area == 0))
+    _, e1, e2 = lanes.faces.spans("position")
+    n, scale = lanes.faces.plane
     inside = lanes.to_object_vector(step)
     du = vectors.dot(vectors.cross(inside, e2), n) * scale
     return du, vectors.dot(vectors.cross(e1, inside), n) * scale

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
-from .moved import across, steps
+from .moved import across
 
 if TYPE_CHECKING:
     from .lanes import Lanes
@@ -25,13 +25,11 @@ def at_rest(lanes: Lanes, axis: int, width: float) -> Lanes:
     si, scene = lanes.si, lanes.scene
     u, v = si.u, si.v
     if axis:
-        du, dv = across(lanes, steps(lanes, width)[axis - 1])
+        du, dv = across(lanes, lanes.bump_steps(width)[axis - 1])
         u, v = u + du, v + dv
     there = copy.copy(si)
     there.moved_uv = (u, v)
-    there.p = scene.transforms.point_to_world(
-        scene.layer("rest", "").at(si.prim, si.instance, u, v), si.instance
-    )
+    there.p = scene.transforms.point_to_world(lanes.faces.at(there, "rest"), si.instance)
     out = copy.copy(lanes)
     out.si, out.p, out.displaced = there, there.p, lanes
     out.__dict__["ns"] = _normal(lanes)
@@ -40,10 +38,9 @@ def at_rest(lanes: Lanes, axis: int, width: float) -> Lanes:
 
 def rest_steps(lanes: Lanes, displaced: Lanes, width: float) -> tuple[Float32, Float32]:
     """What the undisplaced surface makes of two steps (3, n) along the displaced one."""
-    si = lanes.si
-    a, b, c = lanes.scene.layer("rest", "").corners(si.prim, si.instance)
-    along = [across(displaced, step) for step in steps(displaced, width)]
-    x, y = (lanes.to_world_vector(du * (b - a) + dv * (c - a)) for du, dv in along)
+    _, e1, e2 = lanes.faces.spans("rest")
+    along = [across(displaced, step) for step in displaced.bump_steps(width)]
+    x, y = (lanes.to_world_vector(du * e1 + dv * e2) for du, dv in along)
     return x, y
 
 
@@ -53,8 +50,8 @@ def _normal(lanes: Lanes) -> Float32:
     if lanes.smooth:
         n = scene.layer("rest_normal", "").at(si.prim, si.instance, si.u, si.v)
     else:
-        a, b, c = scene.layer("rest", "").corners(si.prim, si.instance)
-        n = vectors.cross(b - a, c - a)
+        _, e1, e2 = lanes.faces.spans("rest")
+        n = vectors.cross(e1, e2)
     n = lanes.to_world_normal(n)
     n *= 1 - 2 * lanes.backfacing
     return vectors.normalize(n)

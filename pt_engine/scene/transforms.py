@@ -65,31 +65,31 @@ class Transforms:
 
     def vector_to_world(self, w: Float32, instance: Int32) -> Float32:
         """(3, N) object-space vectors in world space."""
-        return _apply(self._linear.take(instance, axis=0), w)
+        return _apply(_of(self._linear, instance), w)
 
     def vector_to_object(self, w: Float32, instance: Int32) -> Float32:
         """(3, N) world vectors in object space."""
-        return _apply(self._inverse.take(instance, axis=0), w)
+        return _apply(_of(self._inverse, instance), w)
 
     def point_to_object(self, p: Float32, instance: Int32) -> Float32:
         """(3, N) recentred world positions in object space."""
-        rotated = _apply(self._inverse.take(instance, axis=0), p)
-        rotated += self._offset.take(instance, axis=0).T
+        rotated = _apply(_of(self._inverse, instance), p)
+        rotated += _of(self._offset, instance).T
         return rotated
 
     def point_to_world(self, p: Float32, instance: Int32) -> Float32:
         """(3, N) object-space positions in the recentred world."""
         moved = self.vector_to_world(p, instance)
-        moved += self._place.take(instance, axis=0).T
+        moved += _of(self._place, instance).T
         return moved
 
     def normal_to_world(self, n: Float32, instance: Int32) -> Float32:
         """(3, N) object-space normals in world space: along the inverse's transpose (unnormalised)."""
-        return _apply(self._normal.take(instance, axis=0), n)
+        return _apply(_of(self._normal, instance), n)
 
     def normal_to_object(self, n: Float32, instance: Int32) -> Float32:
         """(3, N) world normals in object space (unnormalised)."""
-        return _apply_transposed(self._linear.take(instance, axis=0), n)
+        return _apply_transposed(_of(self._linear, instance), n)
 
     def location(self, instance: Int32) -> Float32:
         """(3, N) world position of each lane's object."""
@@ -138,6 +138,12 @@ def inverted(m: Float64) -> Float64:
     stretch = np.linalg.svd(m, compute_uv=False)
     # a determinant that is only rounding would give an inverse of the size of its reciprocal
     return np.linalg.pinv(m, rcond=1e-8) if stretch[2] <= 1e-8 * stretch[0] else np.linalg.inv(m)
+
+
+def _of(rows: Float32, instance: Int32) -> Float32:
+    """The rows of some lanes' instances, or the one that all of them have."""
+    alike = len(instance) and (instance == instance[0]).all()
+    return rows.take(instance[:1] if alike else instance, axis=0)
 
 
 def _apply(m: Float32, w: Float32) -> Float32:

@@ -106,7 +106,7 @@ def test_corner_colours_of_a_single_quad_meet_their_corners():
     snapshot, _ = tree.export(data)
     layer = color_layer(snapshot, flatten(snapshot), "Paint")
     (exported,) = snapshot.meshes
-    at_corner = layer.values[layer.index[:2], :3]
+    at_corner = layer.values[:3, layer.index[:, :2]].T
     np.testing.assert_array_equal(at_corner, exported.vertices[exported.triangles])
 
 

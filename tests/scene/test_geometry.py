@@ -239,8 +239,8 @@ def test_instances_of_a_mesh_share_its_shading_attributes():
         snapshot, meshes=(ball,), instances=replace(snapshot.instances, mesh=np.zeros(100, np.int32))
     )
     scene = prepare(snapshot)
-    assert len(scene.normals.values) == len(ball.normals) + 1
-    assert len(scene.normals.index) == len(ball.triangles) + 1
+    assert scene.normals.values.shape == (3, len(ball.normals) + 1)
+    assert scene.normals.index.shape == (3, len(ball.triangles) + 1)
     o = np.stack([3.0 * np.arange(100), np.full(100, -9.0), np.full(100, 0.1)], axis=1)
     si = shoot(scene, o, np.tile((0.0, 1.0, 0.0), (100, 1))).si
     assert si.instance.tolist() == list(range(100))

@@ -18,6 +18,7 @@ from pt_engine.scene.geometry import flatten
 from pt_engine.scene.lanes import Lanes
 from pt_engine.scene.moved import moved, steps
 from pt_engine.scene.prepare import prepare
+from pt_engine.scene.raised_normal import raised_normal
 from pt_engine.scene.sky_lanes import SkyLanes
 
 CAMERA = make.perspective((0, 0, 5), (0, 0, 0))
@@ -230,6 +231,34 @@ def test_a_moved_lane_reads_attributes_where_it_has_moved(hits):
     np.testing.assert_allclose(
         vectors.dot(vectors.cross(dx, dy), lanes.ng), vectors.length(dx) ** 2, rtol=1e-4
     )
+
+
+def test_lanes_of_one_object_see_what_they_see_among_those_of_others(hits):
+    """One matrix for all is the matrix of each: not a bit differs from lanes gathered one by one."""
+    scene, shot, _, _ = hits
+    whole, name = lanes_of(scene, shot.si), shot.si.instance
+    index = np.flatnonzero(name == name[0])
+    assert 0 < len(index) < whole.n
+    alone = lanes_of(scene, shot.si.take(index))
+    for value in ("object_position", "object_normal"):
+        np.testing.assert_array_equal(getattr(alone, value)(), getattr(whole, value)()[:, index])
+    step = np.ones((3, whole.n), np.float32)
+    there = moved(alone, step[:, index]).uv("map")
+    np.testing.assert_array_equal(there, moved(whole, step).uv("map")[:, index])
+
+
+def test_each_normal_is_raised_for_itself_whatever_was_asked_before(hits):
+    scene, shot, _, _ = hits
+    lanes = lanes_of(scene, shot.si)
+    normals = [
+        vectors.normalize(lanes.ng + np.float32(a) * random_lanes(lanes.n, k)) for k, a in ((1, 1), (2, 3))
+    ]
+    for normal in (*normals, normals[0]):
+        np.testing.assert_array_equal(lanes.raised(normal), raised_normal(lanes.ng, lanes.wi, normal))
+
+
+def random_lanes(n, seed):
+    return np.random.default_rng(seed).normal(size=(3, n)).astype(np.float32)
 
 
 def test_the_sky_sees_directions():
