@@ -94,11 +94,42 @@ def hair(scene, material, shape, radius=0.03):
     return placed
 
 
+def globe(segments, rings, radius):
+    """Vertices, no edges and faces of a sphere: quads, and triangles at the poles."""
+    theta = np.pi * np.arange(1, rings) / rings
+    phi = 2 * np.pi * np.arange(segments) / segments
+    around = np.stack(
+        [
+            np.outer(np.sin(theta), np.cos(phi)),
+            np.outer(np.sin(theta), np.sin(phi)),
+            np.repeat(np.cos(theta)[:, None], segments, axis=1),
+        ],
+        axis=-1,
+    )
+    vertices = radius * np.concatenate([around.reshape(-1, 3), [[0, 0, 1], [0, 0, -1]]])
+    here, there = np.arange(segments), np.roll(np.arange(segments), -1)
+    last, top = (rings - 2) * segments, (rings - 1) * segments
+    faces = [
+        (k + a, k + segments + a, k + segments + b, k + b)
+        for k in range(0, last, segments)
+        for a, b in zip(here, there, strict=True)
+    ]
+    faces += [(top, a, b) for a, b in zip(here, there, strict=True)]
+    faces += [(top + 1, last + b, last + a) for a, b in zip(here, there, strict=True)]
+    return vertices.tolist(), [], [tuple(map(int, face)) for face in faces]
+
+
 def emitter(scene, material, child_type="NONE"):
-    """A blue ball with 60 strands."""
-    bpy.ops.mesh.primitive_uv_sphere_add(radius=0.5, location=(0, 0, 0.6))
-    ball = bpy.context.object
-    ball.scale = (1.1, 1.1, 1.1)
+    """A blue ball with 60 strands.
+
+    Blender's own sphere starts its faces at other corners in each process, which moves the strands.
+    """
+    data = bpy.data.meshes.new("Ball")
+    data.from_pydata(*globe(32, 16, 0.5))
+    ball = bpy.data.objects.new("Ball", data)
+    ball.location, ball.scale = (0, 0, 0.6), (1.1, 1.1, 1.1)
+    scene.collection.objects.link(ball)
+    bpy.context.view_layer.objects.active = ball
     for each in (shaded("BsdfDiffuse", Color=(0.2, 0.3, 0.8, 1)), material):
         ball.data.materials.append(each)
     ball.modifiers.new("Hair", "PARTICLE_SYSTEM")
