@@ -96,7 +96,9 @@ def prepare(
     apart = [*selves, *apart_from_others(snapshot), *([] if slices is None else slices.moving)]
     apart += rounds_among(snapshot).tolist()
     terminator = Terminator.of(snapshot, alone)
-    needs = materials.needs | (frozenset() if terminator is None else {"position"})
+    needs = materials.needs | (
+        {"position"} if terminator is not None and terminator.widest > 0 else frozenset()
+    )
     may = may_share(snapshot, materials, apart)
     sharing = sharing_that_fits(snapshot, may, needs, room, in_hulls)
     rest, snapshot = (replace(s, meshes=s.meshes + hulls.meshes) for s in bare)
@@ -159,8 +161,7 @@ def prepare(
 
 def finish(scene: Scene) -> None:
     """Make now what else the first samples would make."""
-    if scene.lights.by_place is not None:
-        scene.lights.by_place.make_ready()
+    scene.lights.make_ready()
 
 
 def emissive_triangles(

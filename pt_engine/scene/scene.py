@@ -108,7 +108,6 @@ class Scene:
         self.layers: dict[tuple[str, str], Layer] = {}
         self.use_layers(layers)
         self.film_transparent, self.reach = film_transparent, reached
-        self.has_emitters = lights.description.total > 0
         self.used_materials = np.unique(geometry.surface_material[1:])
         self.used_batches = [materials.batches[b] for b in np.unique(materials.batch_of[self.used_materials])]
         self.rays: Counter[str] = Counter()
