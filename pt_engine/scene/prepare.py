@@ -289,9 +289,6 @@ def coverage(snapshot: Snapshot, scene: Scene, lamps: list[Coverage]) -> list[Co
     entries += [*scene.world.coverage, *lamps]
     entries += [Coverage(where, what, IGNORED, effect) for where, what, effect in snapshot.unsupported]
     entries += [*linked_mirrors(snapshot, scene), *few_bounces(snapshot)]
-    if any(curves.shape == "THICK" for curves in snapshot.curves):
-        effect = "tubes are seen through from their open ends; in Cycles their inner walls are there"
-        entries.append(Coverage("(geometry)", "thick curves", APPROXIMATE, effect))
     if scene.geometry.dropped:
         effect = f"{scene.geometry.dropped} triangles with non-finite vertices are left out"
         entries.append(Coverage("(geometry)", "vertices", IGNORED, effect))

@@ -61,6 +61,11 @@ def strands(shape):
     tufts.hair(tufts.sunny(), tufts.shaded("BsdfDiffuse", Color=CLAY), shape)
 
 
+def one_of(make):
+    """A thick curve."""
+    make(tufts.sunny(), tufts.shaded("BsdfDiffuse", Color=CLAY), "THICK")
+
+
 def strands_of_particles():
     """Hair particles with children."""
     tufts.emitter(tufts.sunny(), tufts.shaded("BsdfDiffuse", Color=CLAY), "INTERPOLATED")
@@ -195,6 +200,8 @@ ITEMS: dict[str, dict[str, Callable[[], None]]] = {
         "hair as ribbons": partial(strands, "RIBBONS"),
         "hair as round tubes": partial(strands, "THICK"),
         "hair as straight tubes": partial(strands, "THICK_LINEAR"),
+        "a coil": partial(one_of, tufts.coil),
+        "a tube seen from its end": partial(one_of, tufts.tube),
         "hair particles with children": strands_of_particles,
         "point cloud": points,
         "adaptive subdivision and displacement": diced,

@@ -94,6 +94,30 @@ def hair(scene, material, shape, radius=0.03):
     return placed
 
 
+def coil(scene, material, shape):
+    """One thick curve, three times around."""
+    turn = np.linspace(0, 6 * np.pi, 41)
+    one_curve(scene, material, shape, 0.15, [0.6 * np.cos(turn), 0.6 * np.sin(turn), turn / (5 * np.pi)])
+
+
+def tube(scene, material, shape):
+    """One straight, wide curve, seen from near its end."""
+    way, zero = np.linspace(-1, 1, 5), np.zeros(5)
+    one_curve(scene, material, shape, 0.5, [way * np.sin(-0.4), way * np.cos(-0.4), zero + 0.6])
+
+
+def one_curve(scene, material, shape, radius, points):
+    """A curve of one radius through points (3, P)."""
+    scene.cycles_curves.shape = shape
+    curves, points = bpy.data.hair_curves.new("Curve"), np.array(points, np.float32)
+    curves.add_curves([points.shape[1]])
+    curves.attributes["position"].data.foreach_set("vector", points.T.ravel())
+    layer = curves.attributes.get("radius") or curves.attributes.new("radius", "FLOAT", "POINT")
+    layer.data.foreach_set("value", np.full(points.shape[1], radius, np.float32))
+    curves.materials.append(material)
+    scene.collection.objects.link(bpy.data.objects.new("Curve", curves))
+
+
 def globe(segments, rings, radius):
     """Vertices, no edges and faces of a sphere: quads, and triangles at the poles."""
     theta = np.pi * np.arange(1, rings) / rings
