@@ -214,6 +214,13 @@ ITEMS: dict[str, dict[str, Callable[[], None]]] = {
         "the camera": partial(in_motion, moving_room.moving_camera),
         "rolling shutter": partial(in_motion, rolling),
         "deformation, shutter curve": partial(in_motion, moving_room.changing_shape),
+        "a mesh, by geometry nodes": partial(in_motion, moving_room.shaped_by_nodes),
+        "a mesh, by its velocities": partial(in_motion, partial(moving_room.shaped_by_nodes, by="velocity")),
+        "a point cloud": partial(in_motion, moving_room.moving_cloud),
+        "points, by geometry nodes": partial(in_motion, partial(moving_room.shaped_by_nodes, points=True)),
+        "points, by their velocities": partial(
+            in_motion, partial(moving_room.shaped_by_nodes, by="velocity", points=True)
+        ),
         "instances of a collection": partial(in_motion, moving_room.turning_collection),
         "instances of geometry nodes": partial(in_motion, moving_room.moving_nodes),
         "particles": partial(in_motion, moving_room.particles),
