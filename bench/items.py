@@ -44,9 +44,9 @@ below 0.02 by chance. An item *agrees* where p > 0.0001; else it is *within 1 %*
 noise.
 
 All pixels of a picture with motion blur see the same moments, which the tests take for independent ones: its
-error is larger than is said, and p smaller. Coarse smooth meshes and custom normals under a sky: directions
-between the horizons of the true and of the shading normal are lit by sampled lights alone, in Cycles too, and
-what part of a sky that is depends on each renderer's densities. Tubes are open at their ends. Blender has
+error is larger than is said, and p smaller. Coarse smooth meshes and custom normals under a sky that varies:
+directions between the horizons of the true and of the shading normal are lit by sampled lights alone, in
+Cycles too, and what part of such a sky that is depends on each renderer's densities. Blender has
 overscan for EEVEE alone.
 """
 HEADINGS = ["item", "our samples", "Cycles' samples", "difference", "beyond noise", "p", "verdict"]

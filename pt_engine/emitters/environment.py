@@ -63,7 +63,7 @@ class ConstantEnvironment:
 
     @property
     def compensated(self) -> ConstantEnvironment:
-        """Itself: nothing is brighter than the rest."""
+        """Itself: nothing is brighter than the rest, so that `Lights` leaves it to BSDF samples."""
         return self
 
 

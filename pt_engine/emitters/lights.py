@@ -135,9 +135,13 @@ class Lights:
             faces.choose_with(self.chance[self.lamps : self.lamps + len(of_faces)])
             self._parts += faces.parts
         self._environment: EnvironmentPart | None = None
+        self._without_sky: Lights | None = None
         if environment is not None:
             self._environment = EnvironmentPart(environment, float(self.chance[-1]))
             self._parts.append(self._environment)
+            if environment.constant is not None:
+                more = scene_radius, shaders, surfaces, shown
+                self._without_sky = Lights(lamps, lamp_strength, origin, triangles, None, *more)
         self._prepare_choice()
         self.by_place = local_choice(shining, faces, self.power, self.chance, radius, surfaces)
         self._crowd = crowd(shining, self._lamps, self._first.tolist(), radius, surfaces)
@@ -156,12 +160,30 @@ class Lights:
         return np.zeros(0, np.int64) if self._faces is None else self._faces.whose()
 
     def compensated(self) -> Lights:
-        """The same lights for estimators that also find them by BSDF sampling and weigh both by MIS."""
+        """The same lights for estimators that also find them by BSDF sampling and weigh both by MIS.
+
+        Of a sky that is the same everywhere nothing exceeds the mean: it is left to BSDFs, as in Cycles.
+        """
+        if self._without_sky is not None:
+            return self._without_sky
         if self._environment is None:
             return self
         lights = copy.copy(self)
         part = EnvironmentPart(self._environment.environment.compensated, self._environment.chance)
         lights._environment, lights._parts = part, [*self._parts[:-1], part]
+        return lights
+
+    def make_ready(self) -> None:
+        """Make now the tables of the choice by place; most estimators combine."""
+        if (choice := self.compensated().by_place) is not None:
+            choice.make_ready()
+
+    def by_power(self) -> Lights:
+        """The same lights, chosen by their power wherever the shaded point is."""
+        lights = copy.copy(self)
+        lights.by_place = None
+        if self._without_sky is not None:
+            lights._without_sky = self._without_sky.by_power()
         return lights
 
     def _prepare_choice(self) -> None:

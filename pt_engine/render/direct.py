@@ -95,7 +95,7 @@ class DirectEmitter(Direct):
     @stage("emitter")
     def light(self, scene: Scene, path: PathState, si: Surface, bsdf: ShadedBSDF, u: Uniforms) -> None:
         m = bsdf.smooth_count
-        if m == 0 or not scene.has_emitters:
+        if m == 0 or not scene.lights.description.total:
             return
         here, paths = si.part(slice(0, m)), path.part(slice(0, m))
         light = scene.sample_emitter(here, u[:, :m], paths)

@@ -27,7 +27,7 @@ def next_event(
     reach a sampled emitter (f ∝ δ needs p ∝ δ).
     """
     m = bsdf.smooth_count
-    if m == 0 or not scene.has_emitters:
+    if m == 0 or not scene.lights.description.total:
         return
     here, paths = si.part(slice(0, m)), path.part(slice(0, m))
     light = scene.sample_emitter(here, u[:, :m], paths)

@@ -261,7 +261,7 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
                 self._history["clear"] = self._history["clear"] * ((to.lobe & Lobe.CLEAR) != 0)
         o = si.start(to.wo) if start is None else start
         tfar = np.full(self.size, FAR, np.float32)
-        return Rays(o, to.wo, tfar) if self._history is None else Rays(o, to.wo, tfar, self.kind)
+        return Rays(o, to.wo, tfar, 0 if self._history is None else self.kind, si.strand)
 
     def go_on(self, scene: Scene, si: Surface, to: Scattered, max_depth: int) -> Rays:
         """`scatter`, or pass a transparent surface as if it were not there.
@@ -302,7 +302,10 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         o, d = np.zeros((3, n), np.float32), np.ones((3, n), np.float32)
         tfar = np.full(n, -1, np.float32)
         o[:, :m], d[:, :m], tfar[:m] = rays[:3]
-        return Rays(o, d, tfar, self.kind)
+        strand = None if rays.strand is None else np.full(n, -1, np.int32)
+        if strand is not None:
+            strand[:m] = rays.strand
+        return Rays(o, d, tfar, self.kind, strand)
 
 
 def _kind_of_lobe(lobe: int) -> int:

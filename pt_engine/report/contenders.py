@@ -96,6 +96,5 @@ def _clamping(base: Contender) -> Iterator[Contender]:
 def by_power(scene: Scene) -> Scene:
     """The same scene, its lights chosen by their power wherever the shaded point is."""
     plain = copy.copy(scene)
-    plain.lights = copy.copy(scene.lights)
-    plain.lights.by_place = None
+    plain.lights = scene.lights.by_power()
     return plain

@@ -33,6 +33,7 @@ Float64 = NDArray[np.float64]
 Int32 = NDArray[np.int32]
 
 SIDES = 4
+STAGGER, NEIGHBOURS = 0.01, 8  # by how much overlapping hulls differ in width, and how many do
 SLACK = 1.002  # a hull is larger than what it holds, by more than rounding
 ROUNDING = 2.0**-20  # of the largest coordinate
 OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], np.float64)
@@ -119,7 +120,8 @@ def curves_hull(curves: CurvesData, samples: Samples, room: Room) -> MeshData:
 def prisms(samples: Samples, radius: Float64, closed: bool) -> Float64:
     """(K, 2, 4, 3) corners of prisms whose sides touch cones of `radius` (S,), cut as these are.
 
-    `closed` ones are not cut, but long enough for the spheres at their ends.
+    `closed` ones are not cut, but long enough for the spheres at their ends. Where they overlap along a
+    straight line their sides must not lie in one plane: of triangles at one place Embree finds but one.
     """
     start = samples.start
     p0, p1 = (samples.points[k].astype(np.float64) for k in (start, start + 1))
@@ -134,7 +136,7 @@ def prisms(samples: Samples, radius: Float64, closed: bool) -> Float64:
     wider = np.sqrt(1 + np.minimum(slope, 4) ** 2) / np.cos(np.pi / SIDES)
     r0, r1 = radius[start][:, None] * wider, radius[start + 1][:, None] * wider
     if closed:
-        most = np.maximum(r0, r1)
+        most = np.maximum(r0, r1) * (1 + STAGGER * (start % NEIGHBOURS))[:, None]
         p0, p1, r0, r1 = p0 - axis * most, p1 + axis * most, most, most
     low, high = p0[:, None] + around * r0[:, None], p1[:, None] + around * r1[:, None]
     if closed:

@@ -155,13 +155,7 @@ class Lanes:
     @cached_property
     def horizon(self) -> Float32:
         """(3, n) normal of the horizon below which no emitter shines: `ns` where shadow rays follow it."""
-        terminator = self.scene.terminator
-        if terminator is None or not self.smooth:
-            return self.ng
-        if terminator.everywhere:
-            return self.ns
-        curved = terminator.cutoff.take(self.si.instance) > 0
-        return np.where(curved, self.ns, self.ng)
+        return self.ns if self.smooth and self.scene.terminator is not None else self.ng
 
     def raised(self, normal: Float32 | None) -> Float32:
         """(3, n) a normal (None: `ns`) as glossy closures use it: see `raised_normal`."""

@@ -6,7 +6,7 @@ are not sent again.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,15 +63,33 @@ class Nearer:
         return free
 
 
-def closest(accel: Still | Nearer | RoundAccel, o: Float32, d: Float32, tfar: Float32, kind: Kinds) -> Hits:
-    """Closest hits of rays of a `kind`, where that matters."""
+def closest(
+    accel: Still | Nearer | RoundAccel,
+    o: Float32,
+    d: Float32,
+    tfar: Float32,
+    kind: Kinds,
+    strand: Int32 | None = None,
+) -> Hits:
+    """Closest hits of rays of a `kind`, where that matters; `strand` where there are curves."""
+    if strand is not None:
+        return cast("RoundAccel", accel).intersect(o, d, tfar, kind, strand)
     if isinstance(accel, Accel | Nested):
         return accel.intersect(o, d, tfar)
     return accel.intersect(o, d, tfar, kind)
 
 
-def clear(accel: Still | Nearer | RoundAccel, o: Float32, d: Float32, tfar: Float32, kind: Kinds) -> Int32:
+def clear(
+    accel: Still | Nearer | RoundAccel,
+    o: Float32,
+    d: Float32,
+    tfar: Float32,
+    kind: Kinds,
+    strand: Int32 | None = None,
+) -> Int32:
     """Whether nothing that rays of a kind see is in their way; as `Accel.visible`."""
+    if strand is not None:
+        return cast("RoundAccel", accel).visible(o, d, tfar, kind, strand)
     if isinstance(accel, Accel | Nested):
         return accel.visible(o, d, tfar)
     return accel.visible(o, d, tfar, kind)

@@ -96,7 +96,9 @@ def prepare(
     apart = [*selves, *apart_from_others(snapshot), *([] if slices is None else slices.moving)]
     apart += rounds_among(snapshot).tolist()
     terminator = Terminator.of(snapshot, alone)
-    needs = materials.needs | (frozenset() if terminator is None else {"position"})
+    needs = materials.needs | (
+        {"position"} if terminator is not None and terminator.widest > 0 else frozenset()
+    )
     may = may_share(snapshot, materials, apart)
     sharing = sharing_that_fits(snapshot, may, needs, room, in_hulls)
     rest, snapshot = (replace(s, meshes=s.meshes + hulls.meshes) for s in bare)
@@ -159,8 +161,7 @@ def prepare(
 
 def finish(scene: Scene) -> None:
     """Make now what else the first samples would make."""
-    if scene.lights.by_place is not None:
-        scene.lights.by_place.make_ready()
+    scene.lights.make_ready()
 
 
 def emissive_triangles(
@@ -288,9 +289,6 @@ def coverage(snapshot: Snapshot, scene: Scene, lamps: list[Coverage]) -> list[Co
     entries += [*scene.world.coverage, *lamps]
     entries += [Coverage(where, what, IGNORED, effect) for where, what, effect in snapshot.unsupported]
     entries += [*linked_mirrors(snapshot, scene), *few_bounces(snapshot)]
-    if any(curves.shape == "THICK" for curves in snapshot.curves):
-        effect = "tubes are seen through from their open ends; in Cycles their inner walls are there"
-        entries.append(Coverage("(geometry)", "thick curves", APPROXIMATE, effect))
     if scene.geometry.dropped:
         effect = f"{scene.geometry.dropped} triangles with non-finite vertices are left out"
         entries.append(Coverage("(geometry)", "vertices", IGNORED, effect))

@@ -18,7 +18,7 @@ from ..core.raykind import RayKind
 from . import nearer
 from .accel import MISS, Accel, Hits
 from .geometry import BOUND, NORMAL, PLANE, Geometry
-from .round_hits import Met, meet
+from .round_hits import NEVER, Met, meet
 from .rounds import Rounds
 from .sighted import Kinds, Sighted
 
@@ -42,7 +42,8 @@ class RoundAccel:
     """The same queries as those of a tree, of triangles and of what is round.
 
     On hits of curves u is the way along the piece and v the place across a ribbon; `prim` is a triangle of
-    the hull. A hull has no record that others share.
+    the hull. A hull has no record that others share. As in Cycles rays do not meet the curve that they start
+    on: of the number `strand` (N,), −1 for none.
     """
 
     empty = False
@@ -51,7 +52,14 @@ class RoundAccel:
         self._tree, self._geometry, self._rounds = tree, geometry, rounds
 
     @stage("intersect", "curves and points")
-    def intersect(self, origin: Float32, direction: Float32, tfar: Float32, kind: Kinds = 0) -> Hits:
+    def intersect(
+        self,
+        origin: Float32,
+        direction: Float32,
+        tfar: Float32,
+        kind: Kinds = 0,
+        strand: Int32 | None = None,
+    ) -> Hits:
         """Closest hits of (3, N) rays with t in [0, `tfar`]; a ray with `tfar` < 0 is skipped."""
         limit = tfar.copy()
         met = nearer.closest(self._tree, origin, direction, tfar.copy(), kind)
@@ -62,7 +70,7 @@ class RoundAccel:
         best.t[lanes], best.prim[lanes] = limit[lanes], MISS
         for _ in range(PASSED):
             o, d = origin.take(lanes, axis=1), direction.take(lanes, axis=1)
-            tried = self._tried(prim, o, d, passed)
+            tried = self._tried(prim, o, d, passed, None if strand is None else strand.take(lanes))
             t = tried.t.astype(np.float32)
             closer = np.flatnonzero(tried.t < best.t[lanes])
             found = Hits(t, tried.s, tried.v, prim)
@@ -82,7 +90,12 @@ class RoundAccel:
 
     @stage("shadow", "curves and points")
     def visible(
-        self, origin: Float32, direction: Float32, tfar: Float32, kind: Kinds = RayKind.SHADOW
+        self,
+        origin: Float32,
+        direction: Float32,
+        tfar: Float32,
+        kind: Kinds = RayKind.SHADOW,
+        strand: Int32 | None = None,
     ) -> Int32:
         """Whether nothing lies in [0, `tfar`], as the bit mask −1 (clear) or 0 (blocked), as `Accel`."""
         clear = -(tfar >= 0).astype(np.int32)
@@ -95,7 +108,8 @@ class RoundAccel:
                 break
             o, d = origin.take(lanes, axis=1), direction.take(lanes, axis=1)
             limit = tfar.take(lanes)
-            on = np.flatnonzero(self._tried(prim, o, d, passed).t > limit)
+            own = None if strand is None else strand.take(lanes)
+            on = np.flatnonzero(self._tried(prim, o, d, passed, own).t > limit)
             lanes, passed, limit = lanes[on], passed[on], limit[on]
             o, d = o.take(on, axis=1), d.take(on, axis=1)
             start, step = self._behind(prim[on], o, d, passed)
@@ -105,8 +119,11 @@ class RoundAccel:
             lanes, prim, passed = lanes[on], met.prim[on], beyond(passed, np.maximum(met.t, step))[on]
         return clear
 
-    def _tried(self, prim: Int32, o: Float32, d: Float32, near: Float32) -> Met:
-        return meet(self._rounds.rows_of(prim), self._rounds.kinds, o, d, near)
+    def _tried(self, prim: Int32, o: Float32, d: Float32, near: Float32, own: Int32 | None) -> Met:
+        met = meet(self._rounds.rows_of(prim), self._rounds.kinds, o, d, near)
+        if own is not None:
+            met.t[(own >= 0) & (own == self._rounds.strand_of(prim))] = NEVER
+        return met
 
     def _behind(self, prim: Int32, o: Float32, d: Float32, t: Float32) -> tuple[Float32, Float32]:
         """(3, N) where rays that have met triangles after t begin on their other side.

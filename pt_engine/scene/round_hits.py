@@ -1,17 +1,17 @@
 """Where rays meet ribbons, tubes, cones with spheres, and spheres: closed forms, in float64.
 
 A piece of a curve runs from P0 to P1, its radius from r0 to r1, its axis is a. A ray X = w + t d starts at
-w from P0. What all forms share: surfaces are met from outside only, so that rays that start on one, or
-within it on their way through, never meet the same again.
+w from P0. Surfaces are met from outside, tubes from within too, where a ray has come in through an open
+end. Rays never meet the curve again that they start on (`round_accel`).
 
 **Tube** (THICK). With y = X·a and ρ(y) = r0 + k y, k = (r1 − r0)/L, the cone |X − y a|² = ρ² is a quadratic
 in t,
 
-    A = d⊥² − k² d_a²,    B = w⊥·d⊥ − k d_a ρ(w_a),    C = w⊥² − ρ(w_a)²,    t = −(B + √(B² − AC))/A
+    A = d⊥² − k² d_a²,    B = w⊥·d⊥ − k d_a ρ(w_a),    C = w⊥² − ρ(w_a)²,    t = (−B ∓ √(B² − AC))/A
 
-cut by the planes across the curve through P0 and P1, which neighbouring pieces share (normals of any
-length). With f0 and f1 the distances from them, in those of the other end, s = f0/(f0 + f1) is how far
-along the piece X is.
+for the ways in and out, cut by the planes across the curve through P0 and P1, which neighbouring pieces
+share (normals of any length). With f0 and f1 the distances from them, in those of the other end, s =
+f0/(f0 + f1) is how far along the piece X is.
 
 **Ribbon** (RIBBON). Flat and turned to the ray: in the plane across d these planes' traces are lines, and
 f0, f1 and s the same for them. There the ribbon reaches from the axis by h = (1 − s) r0 h0 + s r1 h1 to
@@ -128,8 +128,17 @@ def entry(a: Float64, b: Float64, c: Float64) -> Float64:
     return np.asarray(np.where((inside >= 0) & ((a != 0) | (b < 0)), t, np.nan))
 
 
+def leaving(a: Float64, b: Float64, c: Float64) -> Float64:
+    """The other root of `entry`: (−b + √)/a."""
+    inside = b * b - a * c
+    with np.errstate(invalid="ignore", divide="ignore"):
+        root = np.sqrt(inside)
+        t = np.where(b > 0, -c / (b + root), (root - b) / a)
+    return np.asarray(np.where((inside >= 0) & ((a != 0) | (b > 0)), t, np.nan))
+
+
 def meet_thick(rows: Float32, o: Float32, d: Float32, near: Float32) -> Met:
-    """Tubes, open at their ends."""
+    """Tubes, open at their ends: the outer wall, or the inner one where there is none before it."""
     ray = relative(rows, o, d, near)
     length = np.sqrt(dot(ray.along, ray.along))
     axis = ray.along / length
@@ -139,16 +148,18 @@ def meet_thick(rows: Float32, o: Float32, d: Float32, near: Float32) -> Met:
     rho = ray.r0 + k * w_a
     a = dot(across, across) - (k * d_a) ** 2
     b = dot(w, across) - k * d_a * rho
-    t = entry(a, b, dot(w, w) - rho * rho)
+    c = dot(w, w) - rho * rho
+    begin, end = plane(rows, BEGIN), plane(rows, END)
+    best, best_s = np.full(len(rows), NEVER), np.zeros(len(rows))
     with np.errstate(invalid="ignore"):
-        x = ray.w + t * ray.d
-        y = w_a + t * d_a
-        t = t + ray.near
-        begin, end = plane(rows, BEGIN), plane(rows, END)
-        f0, f1 = dot(x, begin) / dot(ray.along, begin), dot(ray.along - x, end) / dot(ray.along, end)
-        hit = (f0 >= 0) & (f1 >= 0) & (ray.r0 + k * y > 0) & (t > 0)
-        s = f0 / (f0 + f1)
-    return Met(np.where(hit, t, NEVER), np.where(hit, s, 0).astype(np.float32), np.zeros(len(t), np.float32))
+        for wall in (entry, leaving):
+            t = wall(a, b, c)
+            x = ray.w + t * ray.d
+            f0, f1 = dot(x, begin) / dot(ray.along, begin), dot(ray.along - x, end) / dot(ray.along, end)
+            hit = (f0 >= 0) & (f1 >= 0) & (ray.r0 + k * (w_a + t * d_a) > 0) & (t + ray.near > 0)
+            hit &= best == NEVER
+            best, best_s = np.where(hit, t + ray.near, best), np.where(hit, f0 / (f0 + f1), best_s)
+    return Met(best, best_s.astype(np.float32), np.zeros(len(t), np.float32))
 
 
 def meet_ribbon(rows: Float32, o: Float32, d: Float32, near: Float32) -> Met:

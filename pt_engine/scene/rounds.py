@@ -51,6 +51,8 @@ class Rounds:
         that instances share.
     piece : (H,) int32
         What the hulls' triangles are around: row of `rows`.
+    strand : (K,) int32
+        Number of the curve that each row is a piece of, −1 for points.
     rows : (K, 16) float32
         The pieces, as `round_hits` has them.
     kinds : tuple of int
@@ -68,10 +70,17 @@ class Rounds:
         self.scale = np.ones(len(instances.mesh), np.float32)
         self.by_position = np.zeros(len(instances.mesh), np.bool_)
         self._own, self._origin, self._hulls = own, geometry.origin, hulls
-        rows, pieces, self._begin = [], [], [0]
+        rows, pieces, strands, self._begin = [], [], [], [0]
+        curves = 0
         for k in own.tolist():
             number = int(instances.mesh[k])
-            part = self._rows(number, hulls.sources[number - hulls.first], instances.matrix[k])
+            source = hulls.sources[number - hulls.first]
+            part = self._rows(number, source, instances.matrix[k])
+            if isinstance(source, Samples):
+                strands.append(curves + source.curve[source.start])
+                curves += 1 + int(np.max(source.curve, initial=-1))
+            else:
+                strands.append(np.full(len(part), -1, np.int32))
             self.scale[k] = radius_scale(instances.matrix[k])
             self.by_position[k] = not hulls.has_generated(number)
             count, each = self._begin[-1], sizes[number] // max(len(part), 1)
@@ -80,6 +89,7 @@ class Rounds:
             self._begin.append(count + len(part))
         self.rows = np.concatenate(rows)
         self.piece = np.concatenate(pieces)
+        self.strand = np.concatenate(strands).astype(np.int32)
         self.end = self.first + len(self.piece)
         self.kinds = tuple(int(kind) for kind in np.unique(self.rows[:, KIND])) or (SPHERE,)
 
@@ -111,6 +121,13 @@ class Rounds:
         """(N, 16) the pieces that some hull triangles are around."""
         return self.rows.take(self.piece.take(prim - np.int32(self.first)), axis=0)
 
+    def strand_of(self, prim: Int32) -> Int32:
+        """(N,) numbers of the curves that triangles are around, −1 for others."""
+        strand = np.full(len(prim), -1, np.int32)
+        lanes = np.flatnonzero(self.held(prim))
+        strand[lanes] = self.strand.take(self.piece.take(prim.take(lanes) - np.int32(self.first)))
+        return strand
+
     def settle(self, si: Surface, o: Float32) -> None:
         """Put hits on hulls to what they are the hulls of. `o` (3, N) is where the rays began."""
         lanes = np.flatnonzero(self.held(si.prim))
@@ -120,10 +137,13 @@ class Rounds:
         v = si.v.take(lanes)
         wi = si.wi.take(lanes, axis=1)
         p, ng = seen(rows, o.take(lanes, axis=1), wi, si.t.take(lanes), si.u.take(lanes), v)
-        si.p[:, lanes], si.ng[:, lanes] = p, ng
         bound = vectors.dot(np.abs(ng), np.abs(p)) * GAMMA6 + vectors.max3(np.abs(p)) * np.float32(2.0**-60)
-        si.bound[lanes] = bound
-        si.facing[lanes] = np.maximum(vectors.dot(ng, wi), GRAZING)
+        facing = vectors.dot(ng, wi)
+        inside = (rows[:, KIND] == THICK) & (facing < -GRAZING)
+        facing = np.where(inside, facing, np.maximum(facing, GRAZING))
+        vectors.flipped(ng, facing)
+        si.p[:, lanes], si.ng[:, lanes] = p, ng
+        si.bound[lanes], si.facing[lanes] = bound, facing
 
 
 def triangle_meshes(snapshot: Snapshot) -> int:

@@ -108,7 +108,6 @@ class Scene:
         self.layers: dict[tuple[str, str], Layer] = {}
         self.use_layers(layers)
         self.film_transparent, self.reach = film_transparent, reached
-        self.has_emitters = lights.description.total > 0
         self.used_materials = np.unique(geometry.surface_material[1:])
         self.used_batches = [materials.batches[b] for b in np.unique(materials.batch_of[self.used_materials])]
         self.rays: Counter[str] = Counter()
@@ -230,7 +229,7 @@ class Scene:
             clock.next_bounce()
         of_camera = isinstance(rays.kind, int) and rays.kind == RayKind.CAMERA
         self.rays[kind or ("camera" if of_camera else "bounce")] += int(np.count_nonzero(rays.tfar > 0))
-        if self.seen_apart:
+        if self.seen_apart or rays.strand is not None:
             hits = nearer.closest(self.accel, *rays)
         else:
             hits = self.accel.intersect(rays.o, rays.d, rays.tfar)
@@ -377,16 +376,18 @@ class Scene:
         kept = None if free is None else contribution.take(free, axis=1)
         if self.transparent_surfaces:
             kind = reach.shadow_kind(self, light)
-            contribution *= transmittance(self, o, wo, tfar, limit, path, kind)
+            contribution *= transmittance(self, o, wo, tfar, limit, path, kind, si.strand)
         else:
             self.rays["shadow"] += int(np.count_nonzero(tfar > 0))
             bits = contribution.view(np.int32)
-            bits &= self._clear(o, wo, light, tfar)
+            bits &= self._clear(o, wo, light, tfar, si.strand)
         if kept is not None:
             contribution[:, free] = kept
         return contribution
 
-    def _clear(self, o: Float32, wo: Float32, light: LightSample, tfar: Float32) -> Int32:
-        if not self.seen_apart:
+    def _clear(
+        self, o: Float32, wo: Float32, light: LightSample, tfar: Float32, strand: Int32 | None
+    ) -> Int32:
+        if not self.seen_apart and strand is None:
             return self.accel.visible(o, wo, tfar)
-        return nearer.clear(self.accel, o, wo, tfar, reach.shadow_kind(self, light))
+        return nearer.clear(self.accel, o, wo, tfar, reach.shadow_kind(self, light), strand)

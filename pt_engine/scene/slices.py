@@ -257,6 +257,5 @@ class Slices:
         vertices[self._shining] = placed.vertices[placed.triangles[prim]]
         error[self._shining] = scene.geometry.planes(self._scene.emissive_prim[self._shining])[BOUND]
         lights = self._make_lights(triangles=replace(emitters, vertices=vertices, error=error))
-        if lights.by_place is not None:
-            lights.by_place.make_ready()
+        lights.make_ready()
         return lights

@@ -235,8 +235,8 @@ class Instances:
         ``instancer generated``, ``instancer uv`` where on its instancer an object stands; ``particle``,
         ``particle location`` ... are the particle that it was made from.
     terminator : (I,) float32 or None
-        Cosine up to which shadow rays of smooth meshes start above their triangles (`terminator`); 0, or None
-        for all, where they never do.
+        Cosine up to which shadow rays of smooth meshes start above their triangles (`terminator`); 0 where
+        they never do, None for all where they also end at the triangles' horizon.
     shading_offset : (I,) float32 or None
         How much sooner light on it fades toward grazing angles (`terminator_shading`), from 0 to 1.
     light_group : (I,) int32 or None

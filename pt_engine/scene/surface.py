@@ -153,6 +153,12 @@ class Surface:
         return np.zeros(self.size, np.bool_) if self._instance is None else self._instance >= 0
 
     @property
+    def strand(self) -> Int32 | None:
+        """(N,) number of the curve, −1 for none; None where there is none at all."""
+        rounds = self._geometry.rounds
+        return None if rounds is None else rounds.strand_of(self.prim)
+
+    @property
     def emitter(self) -> Int32:
         """(N,) number among the emissive triangles, −1 for none."""
         return self._geometry.integer(EMITTER, self.prim)

@@ -12,7 +12,8 @@ corner i over the point, no lower than the triangle. It fades in from the cutoff
     share = clamp(2 − (ng·ω + min(n·ω, c)) / c)        c the cutoff, n·ω > 0 for the side that n says
 
 From there, light below the triangle's horizon but above the curved surface's may pass too, so the BSDF is
-gated by n instead of ng for emitter samples. Neither adds energy: visibility stays in [0, 1], so
+gated by n instead of ng for emitter samples; without a cutoff too, where such rays start behind their
+triangle and only others hide the light. Neither adds energy: visibility stays in [0, 1], so
 ∫ f |n·ω| V dω ≤ ∫ f |n·ω| dω, the albedo, and weights of combined estimators sum to 1 before it.
 Rays that follow the BSDF start and end at the triangles, as in Cycles.
 """
@@ -37,34 +38,31 @@ SMALLEST = 1e-6  # cosine that makes a difference
 
 
 class Terminator:
-    """Which instances' shadow rays start above their triangles.
+    """Which instances' shadow rays start above their triangles; those of all smooth ones follow n.
 
     Parameters
     ----------
     cutoff : (I,) float32
         Cosine up to which they do; 0 for those whose rays never do, as on flat meshes.
-    smooth : (I,) bool
-        Which instances have shading normals.
     alone : (I,) bool
         Those whose normals blend in the world (`scene.alone`).
     """
 
-    def __init__(self, cutoff: Float32, smooth: NDArray[np.bool_], alone: NDArray[np.bool_]) -> None:
+    def __init__(self, cutoff: Float32, alone: NDArray[np.bool_]) -> None:
         self.cutoff = cutoff
         self.alone = alone if alone.any() else None
         self.widest = np.float32(np.max(cutoff))
-        self.everywhere = bool((cutoff[smooth] > 0).all())  # where there are shading normals
 
     @classmethod
     def of(cls, snapshot: Snapshot, alone: NDArray[np.bool_]) -> Terminator | None:
-        """That of a snapshot; None where no ray is moved. `alone` (I,) is as above."""
+        """That of a snapshot; None where nothing is smooth or nobody says. `alone` (I,) is as above."""
         instances = snapshot.instances
         if instances.terminator is None:
             return None
         curved = np.array([mesh.normals is not None for mesh in snapshot.meshes], np.bool_)
         smooth = curved[instances.mesh]
         cutoff = np.where(smooth & (instances.terminator > SMALLEST), instances.terminator, np.float32(0))
-        return cls(cutoff, smooth, alone) if cutoff.any() else None
+        return cls(cutoff, alone) if smooth.any() else None
 
     def lift(self, scene: Scene, si: Surface, wo: Float32, o: Float32, tfar: Float32) -> Float32:
         """Move the origins `o` of shadow rays where the cutoff says so, and aim at the same points.

@@ -32,6 +32,7 @@ def transmittance(
     limit: int,
     path: Arrival | None = None,
     kind: Int32 | int = RayKind.SHADOW,
+    strand: Int32 | None = None,
 ) -> Float32:
     """(3, N) product of the transparencies met in (0, `tfar`); 0 behind anything opaque.
 
@@ -46,13 +47,16 @@ def transmittance(
         The paths that the rays belong to, which some programs ask for; None: from the camera.
     kind : (N,) int32 or int
         Of the rays.
+    strand : (N,) int32 or None
+        The curves that they start on.
     """
     from .wave import Rays
 
     result = np.zeros(o.shape, np.float32)
     lanes = np.flatnonzero(tfar > 0)
     light = np.ones((3, len(lanes)), np.float32)
-    rays = Rays(o.take(lanes, axis=1), d.take(lanes, axis=1), tfar.take(lanes), of_some(kind, lanes))
+    own = None if strand is None else strand.take(lanes)
+    rays = Rays(o.take(lanes, axis=1), d.take(lanes, axis=1), tfar.take(lanes), of_some(kind, lanes), own)
     came = Arrivals.by(RayKind.SHADOW, len(lanes))
     if path is not None and scene.tracks_history:
         came = Arrivals.of(path, lanes)._replace(kind=came.kind, travelled=came.travelled)
@@ -73,7 +77,8 @@ def transmittance(
         came = came.take(on)
         came = came._replace(passed=came.passed + 1, travelled=came.travelled + si.t)
         start = si.p - si.ng * si.bound  # on the far side: d runs against ng
-        rays = Rays(start, -si.wi, left.take(kept) - si.t, of_some(rays.kind, kept))
+        own = None if own is None else own.take(kept)
+        rays = Rays(start, -si.wi, left.take(kept) - si.t, of_some(rays.kind, kept), own)
     return result
 
 

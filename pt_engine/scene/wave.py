@@ -26,24 +26,29 @@ class Rays(NamedTuple):
     tfar : (N,) float32
     kind : (N,) int32 or int
         `RayKind` bits: objects may be hidden from some rays. 0 sees all there is.
+    strand : (N,) int32 or None
+        Number of the curve that each ray starts on (`Surface.strand`), which it does not meet.
     """
 
     o: Float32
     d: Float32
     tfar: Float32
     kind: NDArray[np.int32] | int = 0
+    strand: NDArray[np.int32] | None = None
 
     def part(self, span: slice) -> Rays:
         """A view of consecutive rays."""
         kind = self.kind if isinstance(self.kind, int) else self.kind[span]
-        return Rays(self.o[:, span], self.d[:, span], self.tfar[span], kind)
+        strand = None if self.strand is None else self.strand[span]
+        return Rays(self.o[:, span], self.d[:, span], self.tfar[span], kind, strand)
 
 
 def rays_joined(parts: Sequence[Rays]) -> Rays:
     """All rays of some parts, which are of one making."""
-    o, d, tfar, kinds = zip(*parts, strict=True)
+    o, d, tfar, kinds, strands = zip(*parts, strict=True)
     kind = kinds[0] if isinstance(kinds[0], int) else np.concatenate(kinds)
-    return Rays(np.concatenate(o, axis=1), np.concatenate(d, axis=1), np.concatenate(tfar), kind)
+    strand = None if strands[0] is None else np.concatenate(strands)
+    return Rays(np.concatenate(o, axis=1), np.concatenate(d, axis=1), np.concatenate(tfar), kind, strand)
 
 
 class Found(NamedTuple):

@@ -20,6 +20,7 @@ from ..scene.wave import Intersection, Rays
 from . import scenes as make
 
 Float32 = NDArray[np.float32]
+Int32 = NDArray[np.int32]
 Offset = Callable[[Scene, Surface], Float32]  # how far along the normal a new ray starts, (N,)
 COUNT = 50_000
 TILT = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
@@ -95,9 +96,9 @@ def hits(scene: Scene, o: Float32, d: Float32) -> Surface:
     return scene.surface(Rays(o, d, found.hits.t), found, np.flatnonzero(found.hits.prim != MISS))
 
 
-def trace(scene: Scene, o: Float32, d: Float32) -> Intersection:
-    """Closest hits of endless rays."""
-    return scene.intersect(Rays(o, d, np.full(o.shape[1], FAR, np.float32)))
+def trace(scene: Scene, o: Float32, d: Float32, strand: Int32 | None = None) -> Intersection:
+    """Closest hits of endless rays, that start on curves where `strand` says so."""
+    return scene.intersect(Rays(o, d, np.full(o.shape[1], FAR, np.float32), 0, strand))
 
 
 def onward(si: Surface, scene: Scene, offset: Offset, seed: int) -> tuple[Float32, Float32]:

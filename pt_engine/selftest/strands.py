@@ -162,7 +162,7 @@ def empty() -> float:
     "false hits per million rays that leave a straight strand or a ball, at sizes from 1e-3 to 1e3",
     0.0,
     0.0,
-    "they are met from outside only",
+    "rays do not meet the curve that they start on, and balls from outside only",
     naive=lambda: float(1e6 * again_in_float32()),
 )
 def acne() -> float:
@@ -182,7 +182,7 @@ def left(shape: str, size: float) -> float:
     d = rng.normal(size=target.shape)
     d /= np.linalg.norm(d, axis=0)
     si = hits(scene, (target - 4 * size * d).astype(np.float32), d.astype(np.float32))
-    again = trace(scene, *onward(si, scene, bound, 3)).hits.prim
+    again = trace(scene, *onward(si, scene, bound, 3), si.strand).hits.prim
     return 1e6 * float(np.count_nonzero(again != MISS)) / si.size
 
 

@@ -1,7 +1,6 @@
 """Hair and point clouds against Cycles: small files made here, each image z-tested.
 
-1 % of the image's mean is allowed beyond the noise: ribbons' pieces are not cut at the same places, and tubes
-let 0.2 % more light through than Cycles', which are as open at their ends, but have inner walls.
+1 % of the image's mean is allowed beyond the noise: ribbons' pieces are not cut at the same places.
 Hair BSDF only toward a sun without bounces: under a sky Cycles' sampler adds light (see
 `nodes.hair`).
 """
@@ -10,7 +9,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 from support.cycles import by_cycles, by_engine  # noqa: E402
-from support.tufts import background, cloud, emitter, hair, shaded, shining, sunny  # noqa: E402
+from support.tufts import background, cloud, coil, emitter, hair, shaded, shining, sunny, tube  # noqa: E402
 from support.ztest import compare  # noqa: E402
 
 SIZE = (40, 40)
@@ -41,9 +40,22 @@ def test_curves(shape, scene, tmp_path):
 
 @pytest.mark.parametrize("shape", ["RIBBONS", slow("THICK")])
 def test_principled_hair(shape, scene, tmp_path):
-    """Tubes to 3 %: light that passes through them is a little less in Cycles, in cells with many."""
     hair(scene, shaded("BsdfHairPrincipled", {"model": "CHIANG"}, Color=(0.5, 0.3, 0.1, 1)), shape)
-    agree(tmp_path, 12, 0.03 if shape == "THICK" else 0.01)
+    agree(tmp_path, 12)
+
+
+@pytest.mark.parametrize("shape", ["THICK", slow("THICK_LINEAR")])
+def test_a_coil_does_not_shade_itself(shape, scene, tmp_path):
+    """Rays do not meet the curve that they start on: 4 % of the picture, half a per cent is allowed."""
+    coil(scene, shaded("BsdfDiffuse"), shape)
+    agree(tmp_path, 24, 0.005)
+
+
+@pytest.mark.parametrize("shape", ["THICK", slow("THICK_LINEAR")])
+def test_a_tube_seen_from_its_end(shape, scene, tmp_path):
+    """Its inner wall, or the ball that closes it."""
+    tube(scene, shaded("BsdfDiffuse"), shape)
+    agree(tmp_path, 24, 0.005)
 
 
 @pytest.mark.parametrize(

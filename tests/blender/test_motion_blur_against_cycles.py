@@ -17,9 +17,11 @@ from support.moving_room import (  # noqa: E402
     material,
     moving_box,
     moving_camera,
+    moving_cloud,
     moving_lights,
     moving_nodes,
     particles,
+    shaped_by_nodes,
     stage,
     turning_collection,
 )
@@ -52,13 +54,29 @@ def test_objects_that_move_turn_and_grow(scene, tmp_path, position):
     agree(scene, tmp_path)
 
 
-MOVES = (moving_camera, changing_shape, moving_lights, turning_collection, moving_nodes, particles)
+MOVES = (
+    moving_camera,
+    changing_shape,
+    moving_lights,
+    turning_collection,
+    moving_nodes,
+    particles,
+    moving_cloud,
+)
 
 
 @pytest.mark.parametrize("build", MOVES, ids=lambda build: build.__name__)
 def test_what_else_moves(scene, tmp_path, build):
     """Lamps are not blurred; a particle born while the shutter is open is not there: both as in Cycles."""
     build(scene)
+    agree(scene, tmp_path)
+
+
+@pytest.mark.parametrize("points", [False, True], ids=["mesh", "points"])
+@pytest.mark.parametrize("by", ["offset", "velocity"])
+def test_what_geometry_nodes_move(scene, tmp_path, by, points):
+    """A mesh or points, by what the nodes make of them at each time or by the velocities that they store."""
+    shaped_by_nodes(scene, by, points)
     agree(scene, tmp_path)
 
 

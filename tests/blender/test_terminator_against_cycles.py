@@ -10,14 +10,16 @@ bpy = pytest.importorskip("bpy")
 from support import ztest  # noqa: E402
 from support.bpy_scenes import add, export  # noqa: E402
 from support.cycles import by_cycles, by_engine  # noqa: E402
+from support.items import bent_normals  # noqa: E402
 from support.terminators import FRONT, LAMPS, build  # noqa: E402
+from support.tufts import background  # noqa: E402
 
 SIZE, CELLS, SAMPLES = (64, 48), (8, 6), 32
 
 
-def pictures(folder):
+def pictures(folder, size=SIZE, samples=SAMPLES):
     """Colours of Cycles' pair and of ours."""
-    pairs = by_cycles(SAMPLES, SIZE, folder), by_engine(SAMPLES, SIZE)
+    pairs = by_cycles(samples, size, folder), by_engine(samples, size)
     return [[image[..., :3] for image in pair] for pair in pairs]
 
 
@@ -51,6 +53,32 @@ MORE = {
 def test_other_shadows_are_too(name, tmp_path):
     build(**MORE[name])
     assert_same(tmp_path)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.1, 0.5])
+def test_bent_normals_under_a_fan_of_suns(offset, tmp_path):
+    """From each direction, between the horizons of triangles and normals too, and below both."""
+    bent_normals()
+    square, sun = bpy.data.objects["Square"], bpy.data.objects["Sun"]
+    square.shadow_terminator_geometry_offset, sun.data.angle = offset, 0.0
+    background(bpy.context.scene).inputs["Strength"].default_value = 0.0
+    lit = []
+    for turn in np.radians([-120, -90, -40, 30, 80, 105, 135]):  # about the square's own axis
+        sun.rotation_euler = (np.pi / 2, 0, turn)
+        cycles, ours = (np.mean(pair) for pair in pictures(tmp_path, (24, 16)))
+        lit.append(cycles)
+        assert abs(ours - cycles) < 0.005 * cycles + 1e-4, (turn, ours, cycles)
+    assert min(lit) < 0.1 * max(lit)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.1, 0.5])
+def test_bent_normals_under_a_uniform_sky(offset, tmp_path):
+    """To three in a thousand: neither samples such a sky, so no direction between the horizons counts."""
+    bent_normals()
+    bpy.data.objects["Square"].shadow_terminator_geometry_offset = offset
+    cycles, ours = pictures(tmp_path, (24, 16), 128)
+    agreement = ztest.compare(ours, cycles, (6, 4))
+    assert agreement.agrees(0.003), str(agreement)
 
 
 @pytest.mark.parametrize("height", [1.3, -1.3])

@@ -8,7 +8,7 @@ Checked where the integral is known: a white Lambert plane under the sky L = s(1
 import numpy as np
 import pytest
 from support.chi2 import chi2_sphere, significance
-from support.lamps import gradient, lights, points, up
+from support.lamps import gradient, lamp, lights, points, triangles, up, white
 
 from pt_engine.core.warps import square_to_cosine_hemisphere
 from pt_engine.emitters.environment import EnvironmentMap, texel_directions
@@ -88,3 +88,20 @@ def test_a_sky_without_contrast_is_drawn_whole():
     d = texel_directions(8, 16)
     np.testing.assert_allclose(environment.pdf(d), 1 / (4 * np.pi), rtol=1e-5)
     assert environment.compensated.irradiance == pytest.approx(4 * np.pi)
+
+
+@pytest.mark.parametrize("others", [{}, {"lamp": lamp("POINT")}, {"triangles": triangles()}])
+def test_a_sky_that_is_the_same_everywhere_is_left_to_bsdf_samples(others):
+    """Karlik's density is 0 in all directions; what else shines gets all of the samples."""
+    given = dict(others)
+    lamps = [given.pop("lamp")] if "lamp" in given else []
+    whole, alone = lights(*lamps, environment=white(), **given), lights(*lamps, **given)
+    left = whole.compensated()
+    d = texel_directions(4, 8)
+    assert whole.environment_pdf(d).min() > 0
+    assert (left.environment_pdf(d) == 0).all()
+    assert left.description == whole.by_power().compensated().description == alone.description
+    u = np.random.default_rng(1).random((3, 64), np.float32)
+    samples = (choice.sample(points(64), up(64), u) for choice in (left, alone))
+    for mine, theirs in zip(*samples, strict=True):
+        np.testing.assert_array_equal(mine, theirs)

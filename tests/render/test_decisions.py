@@ -52,7 +52,7 @@ def test_decisions_do_not_depend_on_threads_or_tiles(name, sampler):
 
 def test_each_half_of_the_pixels_ends_where_the_other_says():
     """The first is finished when the other is below the target, which then goes on to n (E/target)²."""
-    target = 0.12
+    target = 0.06
     result = rendered(samples=0, target_error=target, sampler="independent")
     assert result.stopped_by == "target"
     counts = result.film.counts().reshape(-1)
@@ -210,7 +210,7 @@ def test_the_exponent_is_learnt_as_far_as_the_noise_allows(slope, noise):
 
 def test_what_a_tenth_of_a_render_foretells():
     """Independent samples: relMSE falls as 1/n, so the samples to a target are foretold to 30 %."""
-    result = rendered(24, samples=0, target_error=0.07, sampler="independent")
+    result = rendered(24, samples=0, target_error=0.04, sampler="independent")
     early = result.progress.forecast.early
     assert early is not None
     assert early.from_samples < 0.25 * result.progress.samples

@@ -13,6 +13,7 @@ from pt_engine.render.progressive import render
 from pt_engine.render.settings import RenderSettings
 from pt_engine.render.stats import SCHEMA, peak_memory, statistics, versions
 from pt_engine.scene.prepare import prepare
+from pt_engine.scene.snapshot import LightData
 
 UP = np.eye(4)
 KEYS = {
@@ -64,7 +65,9 @@ def test_times_add_up():
 def test_rays_are_counted_by_kind():
     """One camera ray per sample; of a lone diffuse square at depth 2, one bounce and half a shadow ray."""
     square = (make.quad(9.0), UP, make.diffuse(0.5))
-    snapshot = make.scene([square], make.orthographic((0, 0, 3), (0, 0, 0), 1.0), sky=make.world(1.0))
+    sides = [make.looking((x, 0.0, z), (0, 0, 0)) for x, z in ((1, 1), (1, -1))]
+    suns = [LightData("SUN", "sun", side, 1.0) for side in sides]
+    snapshot = make.scene([square], make.orthographic((0, 0, 3), (0, 0, 0), 1.0), suns, make.world(1.0))
     stats, _ = told(snapshot, max_depth=2)
     n = 12 * 8 * 16
     assert stats["rays"]["camera"] == n
@@ -72,7 +75,9 @@ def test_rays_are_counted_by_kind():
     assert (
         stats["rays"]["bounce"] > 0.99 * n
     )  # a direction exactly in the plane has weight 0 and is not traced
-    assert 0.4 * n < stats["rays"]["shadow"] < 0.6 * n  # the sky's other half lies below the surface
+    assert (
+        0.4 * n < stats["rays"]["shadow"] < 0.6 * n
+    )  # the other sun stands below the surface; the sky is found by bounces
     assert stats["camera_samples_per_second"] == pytest.approx(n / stats["seconds"]["render"])
     assert stats["rays_per_second"] == pytest.approx(sum(stats["rays"].values()) / stats["seconds"]["render"])
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support import scenes as make
+from support.estimates import assert_within_standard_errors
 from support.motion import moving, standing_at
 
 from pt_engine.emitters.lights import LightSample
@@ -85,13 +86,34 @@ def test_the_lift_fades_in_from_the_cutoff_on(share):
 
 
 def test_nothing_moves_on_flat_meshes_nor_without_an_offset():
-    for snapshot in (ball(smooth=False), ball(cutoff=0.0), replace_none(ball()), ball(cutoff=float("nan"))):
+    for snapshot in (ball(smooth=False), replace_none(ball()), ball(cutoff=0.0), ball(cutoff=float("nan"))):
         scene = prepare(snapshot)
-        assert Terminator.of(snapshot, np.zeros(1, np.bool_)) is None
-        assert scene.terminator is None
+        found = Terminator.of(snapshot, np.zeros(1, np.bool_))
+        assert found is None or found.widest == 0
         assert ("position", "") not in scene.layers
         assert scene.features["curved shadow terminators"].startswith("off")
     assert prepare(ball()).features["curved shadow terminators"] == "on"
+
+
+def test_without_an_offset_only_others_hide_light_below_the_triangle():
+    """A sun between the horizons of a lone square lights it by n·ω; another square below takes it away."""
+    lean, sun = 0.8, LightData("SUN", "sun", make.looking((0.0, np.cos(0.3), -np.sin(0.3)), (0, 0, 0)), np.pi)
+    square, camera = leaning(lean), make.orthographic((0, 0, 5), (0, 0, 0), 1.0)
+    below = make.quad(8.0), make.translation(0, 0, -0.1), WHITE
+    for objects, expected in (
+        ([(square, UP, WHITE)], np.sin(lean - 0.3)),
+        ([(square, UP, WHITE), below], 0.0),
+    ):
+        image = picture(with_cutoff(make.scene(objects, camera, [sun]), *[0.0] * len(objects)), 8).image()
+        np.testing.assert_allclose(image[..., :3], expected, atol=1e-4)
+
+
+def leaning(angle):
+    """A square whose normals lean toward +y."""
+    square = make.quad(2.0)
+    normal = np.float32([0, np.sin(angle), np.cos(angle)])
+    normals = np.broadcast_to(normal, square.vertices.shape).copy()
+    return replace(square, normals=normals, normal_index=square.triangles)
 
 
 def replace_none(snapshot):
@@ -106,16 +128,17 @@ def picture(snapshot, size=48, **more):
 def test_a_coarse_sphere_has_the_shadow_of_a_round_one():
     """L = max(n·ω, 0) for a white sphere under a sun of irradiance π: steps of triangles without the offset.
 
-    Of the pixels that n says are lit, the share that is black.
+    Of the pixels that n says are lit, the share that is black. The sun stands a little behind the sphere, so
+    that no triangle lies in its direction.
     """
-    dark = {}
+    dark, toward = {}, np.array([np.sin(TILT), 0.1, np.cos(TILT)]) / np.hypot(1, 0.1)
+    sun = replace(SUN, matrix=make.looking(toward, (0, 0, 0)))
     for cutoff in (0.0, 0.1):
-        image = picture(ball(rings=3, cutoff=cutoff, lights=[SUN]), samples=1).image()[..., 0]
+        image = picture(ball(rings=3, cutoff=cutoff, lights=[sun]), samples=1).image()[..., 0]
         scene = prepare(ball(rings=3))
         si, lanes = seen(scene)
         n = si.p / np.sqrt((si.p**2).sum(axis=0))
-        cosine = n[0] * np.sin(TILT) + n[2] * np.cos(TILT)
-        lit = cosine > 0.05
+        lit = toward @ n > 0.05
         dark[cutoff] = float((image.ravel()[lanes][lit] == 0).mean())
     assert dark[0.0] > 0.05
     assert dark[0.1] < 0.1 * dark[0.0]
@@ -157,6 +180,20 @@ def test_white_furnace(integrator, inside):
     image, error = film.image()[..., :3].reshape(-1), np.sqrt(film.variance_of_mean()).reshape(-1)
     assert (image <= 1 + 5 * error + 1e-5).all()
     assert error.max() < 0.1  # so that the bound says something
+
+
+@pytest.mark.parametrize("cutoff", [0.0, 0.1, 1.0])
+@pytest.mark.parametrize("lean", [0.3, 0.8])
+def test_a_uniform_sky_lights_what_the_triangles_see(lean, cutoff):
+    """∫ max(n·ω, 0)/π over ng·ω > 0 is (1 + cos δ)/2: between the horizons, δ apart, nothing shines.
+
+    Such a sky is found by BSDF samples alone, which keep the triangles, whatever the offset.
+    """
+    camera = make.orthographic((0, 0, 5), (0, 0, 0), 1.0)
+    snapshot = with_cutoff(make.scene([(leaning(lean), UP, WHITE)], camera, sky=make.world(1.0)), cutoff)
+    assert_within_standard_errors(
+        make.rendered(snapshot, 8, samples=256, max_depth=2), (1 + np.cos(lean)) / 2
+    )
 
 
 def replace_triangles(mesh, keep):

@@ -61,6 +61,11 @@ def strands(shape):
     tufts.hair(tufts.sunny(), tufts.shaded("BsdfDiffuse", Color=CLAY), shape)
 
 
+def one_of(make):
+    """A thick curve."""
+    make(tufts.sunny(), tufts.shaded("BsdfDiffuse", Color=CLAY), "THICK")
+
+
 def strands_of_particles():
     """Hair particles with children."""
     tufts.emitter(tufts.sunny(), tufts.shaded("BsdfDiffuse", Color=CLAY), "INTERPOLATED")
@@ -195,6 +200,8 @@ ITEMS: dict[str, dict[str, Callable[[], None]]] = {
         "hair as ribbons": partial(strands, "RIBBONS"),
         "hair as round tubes": partial(strands, "THICK"),
         "hair as straight tubes": partial(strands, "THICK_LINEAR"),
+        "a coil": partial(one_of, tufts.coil),
+        "a tube seen from its end": partial(one_of, tufts.tube),
         "hair particles with children": strands_of_particles,
         "point cloud": points,
         "adaptive subdivision and displacement": diced,
@@ -207,6 +214,13 @@ ITEMS: dict[str, dict[str, Callable[[], None]]] = {
         "the camera": partial(in_motion, moving_room.moving_camera),
         "rolling shutter": partial(in_motion, rolling),
         "deformation, shutter curve": partial(in_motion, moving_room.changing_shape),
+        "a mesh, by geometry nodes": partial(in_motion, moving_room.shaped_by_nodes),
+        "a mesh, by its velocities": partial(in_motion, partial(moving_room.shaped_by_nodes, by="velocity")),
+        "a point cloud": partial(in_motion, moving_room.moving_cloud),
+        "points, by geometry nodes": partial(in_motion, partial(moving_room.shaped_by_nodes, points=True)),
+        "points, by their velocities": partial(
+            in_motion, partial(moving_room.shaped_by_nodes, by="velocity", points=True)
+        ),
         "instances of a collection": partial(in_motion, moving_room.turning_collection),
         "instances of geometry nodes": partial(in_motion, moving_room.moving_nodes),
         "particles": partial(in_motion, moving_room.particles),

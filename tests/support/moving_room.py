@@ -1,7 +1,10 @@
 """A floor under a grey sky and a sun, and what moves on it between frames 1 and 3."""
 
+from itertools import pairwise
+
 import bpy
 from mathutils import Euler
+from support import tufts
 from support.bpy_motion import animate
 from support.bpy_nodes import with_nodes
 from support.bpy_scenes import add, cube, empty_scene, mesh
@@ -145,3 +148,41 @@ def particles(scene):
     system.particle_size, system.effector_weights.gravity = 1.0, 0.0
     for frame in range(-8, 3):
         scene.frame_set(frame)
+
+
+def shaped_by_nodes(scene, by="offset", points=False):
+    """A box whose geometry nodes move its corners, or say how fast they move; or balls on its corners."""
+    owner = box("Shaped", 0.8)
+    tree = bpy.data.node_groups.new("Shape", "GeometryNodeTree")
+    for direction in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=direction, socket_type="NodeSocketGeometry")
+    chain = [tree.nodes.new("NodeGroupInput")]
+    if points:
+        chain.append(tree.nodes.new("GeometryNodeMeshToPoints"))
+        chain[-1].inputs["Radius"].default_value = 0.25
+    if by == "offset":
+        moved, offset = tree.nodes.new("GeometryNodeSetPosition"), tree.nodes.new("ShaderNodeCombineXYZ")
+        tree.links.new(offset.outputs[0], moved.inputs["Offset"])
+        animate(offset.inputs["X"], "default_value", [-0.8, 0, 0.8])
+        chain.append(moved)
+    else:
+        chain.append(tree.nodes.new("GeometryNodeStoreNamedAttribute"))
+        chain[-1].data_type = "FLOAT_VECTOR"
+        chain[-1].inputs["Name"].default_value = "velocity"
+        value = next(socket for socket in chain[-1].inputs if socket.name == "Value" and socket.enabled)
+        value.default_value = (20, 0, 10)  # a second has 24 frames
+    if points:
+        chain.append(tree.nodes.new("GeometryNodeSetMaterial"))
+        chain[-1].inputs["Material"].default_value = owner.data.materials[0]
+    chain.append(tree.nodes.new("NodeGroupOutput"))
+    for source, target in pairwise(chain):
+        tree.links.new(source.outputs[0], target.inputs[0])
+    owner.modifiers.new("Shape", "NODES").node_group = tree
+
+
+def moving_cloud(scene):
+    """A point cloud that moves and turns."""
+    tufts.cloud(scene, material("Clay", (0.8, 0.3, 0.1)))
+    owner = bpy.data.objects["Cloud"]
+    animate(owner, "location", [(-1, 0, 0), (0, 0, 0.3), (1, 0, 0)])
+    animate(owner, "rotation_euler", [(0, 0, 0), (0, 0.3, 0.5), (0, 1, 1)])

@@ -47,13 +47,14 @@ def snapshot(curves=(), points=(), matrices=None, material=None, camera=None, wo
     )
 
 
-def nearest(scene, o, d):
-    """(N,) t of rays (3, N) against every piece in turn, infinite for none."""
+def nearest(scene, o, d, own=None):
+    """(N,) t of rays (3, N) against every piece in turn but those of the curve `own`, infinite for none."""
     rounds, best = scene.geometry.rounds, np.full(o.shape[1], np.inf)
-    for row in rounds.rows:
+    for row, strand in zip(rounds.rows, rounds.strand, strict=True):
         near = ((row[:3, None].astype(np.float64) - o) * d).sum(axis=0).astype(np.float32)
         rows = np.broadcast_to(row, (o.shape[1], len(row)))
-        best = np.minimum(best, meet(rows, rounds.kinds, o, d, near).t)
+        t = meet(rows, rounds.kinds, o, d, near).t
+        best = np.minimum(best, t if own is None else np.where(own == strand, np.inf, t))
     return best
 
 

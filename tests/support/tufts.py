@@ -94,11 +94,66 @@ def hair(scene, material, shape, radius=0.03):
     return placed
 
 
+def coil(scene, material, shape):
+    """One thick curve, three times around."""
+    turn = np.linspace(0, 6 * np.pi, 41)
+    one_curve(scene, material, shape, 0.15, [0.6 * np.cos(turn), 0.6 * np.sin(turn), turn / (5 * np.pi)])
+
+
+def tube(scene, material, shape):
+    """One straight, wide curve, seen from near its end."""
+    way, zero = np.linspace(-1, 1, 5), np.zeros(5)
+    one_curve(scene, material, shape, 0.5, [way * np.sin(-0.4), way * np.cos(-0.4), zero + 0.6])
+
+
+def one_curve(scene, material, shape, radius, points):
+    """A curve of one radius through points (3, P)."""
+    scene.cycles_curves.shape = shape
+    curves, points = bpy.data.hair_curves.new("Curve"), np.array(points, np.float32)
+    curves.add_curves([points.shape[1]])
+    curves.attributes["position"].data.foreach_set("vector", points.T.ravel())
+    layer = curves.attributes.get("radius") or curves.attributes.new("radius", "FLOAT", "POINT")
+    layer.data.foreach_set("value", np.full(points.shape[1], radius, np.float32))
+    curves.materials.append(material)
+    scene.collection.objects.link(bpy.data.objects.new("Curve", curves))
+
+
+def globe(segments, rings, radius):
+    """Vertices, no edges and faces of a sphere: quads, and triangles at the poles."""
+    theta = np.pi * np.arange(1, rings) / rings
+    phi = 2 * np.pi * np.arange(segments) / segments
+    around = np.stack(
+        [
+            np.outer(np.sin(theta), np.cos(phi)),
+            np.outer(np.sin(theta), np.sin(phi)),
+            np.repeat(np.cos(theta)[:, None], segments, axis=1),
+        ],
+        axis=-1,
+    )
+    vertices = radius * np.concatenate([around.reshape(-1, 3), [[0, 0, 1], [0, 0, -1]]])
+    here, there = np.arange(segments), np.roll(np.arange(segments), -1)
+    last, top = (rings - 2) * segments, (rings - 1) * segments
+    faces = [
+        (k + a, k + segments + a, k + segments + b, k + b)
+        for k in range(0, last, segments)
+        for a, b in zip(here, there, strict=True)
+    ]
+    faces += [(top, a, b) for a, b in zip(here, there, strict=True)]
+    faces += [(top + 1, last + b, last + a) for a, b in zip(here, there, strict=True)]
+    return vertices.tolist(), [], [tuple(map(int, face)) for face in faces]
+
+
 def emitter(scene, material, child_type="NONE"):
-    """A blue ball with 60 strands."""
-    bpy.ops.mesh.primitive_uv_sphere_add(radius=0.5, location=(0, 0, 0.6))
-    ball = bpy.context.object
-    ball.scale = (1.1, 1.1, 1.1)
+    """A blue ball with 60 strands.
+
+    Blender's own sphere starts its faces at other corners in each process, which moves the strands.
+    """
+    data = bpy.data.meshes.new("Ball")
+    data.from_pydata(*globe(32, 16, 0.5))
+    ball = bpy.data.objects.new("Ball", data)
+    ball.location, ball.scale = (0, 0, 0.6), (1.1, 1.1, 1.1)
+    scene.collection.objects.link(ball)
+    bpy.context.view_layer.objects.active = ball
     for each in (shaded("BsdfDiffuse", Color=(0.2, 0.3, 0.8, 1)), material):
         ball.data.materials.append(each)
     ball.modifiers.new("Hair", "PARTICLE_SYSTEM")
