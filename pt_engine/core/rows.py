@@ -86,3 +86,8 @@ def scatter_add(target: NDArray[Any], lanes: NDArray[np.integer], values: NDArra
     lanes = lanes.astype(np.intp, copy=False)
     for row, value in zip(target, values, strict=True):
         row[lanes] = row.take(lanes, mode="clip") + value
+
+
+def columns(rows: NDArray[Any], where: slice | NDArray[np.integer]) -> NDArray[Any]:
+    """rows[:, where]: numpy's indexing of two dimensions takes three times as long as a take."""
+    return rows[:, where] if isinstance(where, slice) else rows.take(where, axis=1)

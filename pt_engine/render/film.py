@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.clock import stage
+from ..core.rows import columns
 from . import exact_sum
 from .film_error import ErrorEstimate, estimate_error
 from .film_moments import SQUARE_SCALE, Moments, Sums, moments_of
@@ -318,15 +319,16 @@ class Film:
     def sums(self, pixels: slice) -> Sums:
         """What is kept of a run of pixel numbers, in one memory layout whatever the storage."""
         stored = self._gather(pixels)
+        high, low = (columns(rows, stored) for rows in (self._high, self._low))
         # numpy's own sums depend on the layout in the last bit
-        total = np.ascontiguousarray(self._high[:, stored] + self._low[:, stored])
+        total = np.ascontiguousarray(high + low)
         if not self.halves:
             return Sums(self._count[stored], total[:3], total[3:], self.correlated)
-        high, low = (x[:3, stored] + x[3:6, stored] for x in (self._high, self._low))
-        whole = np.ascontiguousarray(high + low)  # rounded once: the very bits of a film without halves
+        whole = high[:3] + high[3:6]
+        whole += low[:3] + low[3:6]  # rounded once: the very bits of a film without halves
         return Sums(
             self._count[stored],
-            whole,
+            np.ascontiguousarray(whole),
             total[6:],
             self.correlated,
             total[:3],

@@ -83,7 +83,8 @@ def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
     absolute, relative, by_median = _Tally(), _Tally(), _Tally()
     floor = FLOOR * mean**2
     for block in blocks:
-        known = block.of(np.flatnonzero(np.isfinite(block.variance[0])))
+        finite = np.isfinite(block.variance[0])
+        known = block if finite.all() else block.of(np.flatnonzero(finite))
         absolute.add(known.variance.mean(axis=0), known.spread, known)
         for tally, level in ((relative, known.level), (by_median, known.level_by_median)):
             weight = weights(level, floor)

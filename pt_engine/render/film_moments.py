@@ -65,12 +65,11 @@ class Moments(NamedTuple):
     level: Float64
     level_by_median: Float64
 
-    def of(self, pixels: NDArray[np.intp]) -> Moments:
+    def of(self, pixels: NDArray[np.intp] | slice) -> Moments:
         """Those of some of the pixels."""
-        return Moments(
-            *(self.mean[:, pixels], self.variance[:, pixels], self.samples[pixels], self.parts[pixels]),
-            *(self.spread[pixels], self.level[:, pixels], self.level_by_median[:, pixels]),
-        )
+        if isinstance(pixels, slice):
+            return Moments(*(rows[..., pixels] for rows in self))
+        return Moments(*(rows.take(pixels, axis=-1) for rows in self))
 
 
 def moments_of(sums: Sums) -> Moments:

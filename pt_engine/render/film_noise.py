@@ -52,10 +52,10 @@ def moments_by_band(film: Film, half: int | None = None) -> Iterator[Moments]:
         moments = moments._replace(level=by_mean, level_by_median=by_median)
         if film.correlated:
             moments = moments._replace(spread=stratified_spread(moments, film.width))
-        inside = np.arange((y0 - first) * film.width, (y1 - first) * film.width)
+        inside = moments.of(slice((y0 - first) * film.width, (y1 - first) * film.width))
         if half is not None:
-            inside = inside[drawn_half(y0 * film.width, inside.size) == half]
-        yield moments.of(inside)
+            inside = inside.of(np.flatnonzero(drawn_half(y0 * film.width, len(inside.samples)) == half))
+        yield inside
 
 
 def relative_variance(film: Film, half: int | None = None) -> Float64:
@@ -125,7 +125,9 @@ def median_of_9(channels: Float64) -> Float64:
         (x[..., :-2], x[..., 1:-1], x[..., 2:])
         for x in in_order(padded[:, :-2], padded[:, 1:-1], padded[:, 2:])
     )
-    return in_order(in_order(*low)[2], in_order(*middle)[1], in_order(*high)[0])[1]
+    largest_low = np.maximum(np.maximum(low[0], low[1]), low[2])
+    smallest_high = np.minimum(np.minimum(high[0], high[1]), high[2])
+    return in_order(largest_low, in_order(*middle)[1], smallest_high)[1]
 
 
 def in_order(a: Float64, b: Float64, c: Float64) -> tuple[Float64, Float64, Float64]:
