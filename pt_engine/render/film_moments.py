@@ -67,9 +67,10 @@ class Moments(NamedTuple):
 
     def of(self, pixels: NDArray[np.intp] | slice) -> Moments:
         """Those of some of the pixels."""
-        if isinstance(pixels, slice):
-            return Moments(*(rows[..., pixels] for rows in self))
-        return Moments(*(rows.take(pixels, axis=-1) for rows in self))
+        found = (
+            rows[..., pixels] if isinstance(pixels, slice) else rows.take(pixels, axis=-1) for rows in self
+        )
+        return Moments(*found)  # type: ignore[arg-type]
 
 
 def moments_of(sums: Sums) -> Moments:

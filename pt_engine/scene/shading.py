@@ -150,13 +150,17 @@ class SliceBSDF:
         return [share * scale for share in raw]
 
     @stage("eval", batch=_batch)
-    def eval_pdf(self, wo: Float32, hidden: UInt8 | None = None) -> tuple[Float32, Float32]:
+    def eval_pdf(
+        self, wo: Float32, hidden: UInt8 | None = None, chosen: Int32 | None = None
+    ) -> tuple[Float32, Float32]:
         """f·|cosθo| and pdf of world directions `wo`, of all closures together.
 
-        `hidden` (N,) are `Visibility` bits of kinds of scattering that see no light from there.
+        `hidden` (N,) are `Visibility` bits of kinds of scattering that see no light from there; `chosen` (N,)
+        are the closures that have drawn `wo`, if any has: theirs end at the true surface's horizon.
         """
         local: dict[int, Float32] = {}
-        parts = [self._eval_closure(k, wo, local) for k in range(len(self.closures))]
+        drawn = (None if chosen is None else chosen == k for k in range(len(self.closures)))
+        parts = [self._eval_closure(k, wo, local, own) for k, own in enumerate(drawn)]
         if hidden is not None:
             seen = [sees(closure.bsdf, hidden) for closure in self.closures]
             parts = [(f * s, p) for (f, p), s in zip(parts, seen, strict=True)]
@@ -169,7 +173,9 @@ class SliceBSDF:
             pdf += share * p
         return value, pdf
 
-    def _eval_closure(self, k: int, wo: Float32, local: dict[int, Float32]) -> tuple[Float32, Float32]:
+    def _eval_closure(
+        self, k: int, wo: Float32, local: dict[int, Float32], drawn: NDArray[np.bool_] | None
+    ) -> tuple[Float32, Float32]:
         closure, frame = self.closures[k], self.frames[k]
         if hasattr(closure.bsdf, "eval_pdf_about"):
             cos_o = vectors.dot(frame.n, wo)
@@ -180,11 +186,23 @@ class SliceBSDF:
             cos_o = local[id(frame)][2]
             f, p = closure.bsdf.eval_pdf(closure.params, frame.wi, local[id(frame)])
         if self.bent:
-            valid, shadow = self._same_side(wo, cos_o, self.lanes.horizon), self._shadow(k, wo)
+            valid, shadow = self._valid(wo, cos_o, drawn), self._shadow(k, wo)
             f, p = f * valid * shadow, p * valid * (shadow > 0)
         if self.angles is not None:
             f = f * fade(cos_o, self.angles)
         return closure.weight * f, p
+
+    def _valid(self, wo: Float32, cos_o: Float32, drawn: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
+        """Whether `wo` is on one side of the surface and of the shading frame.
+
+        As in Cycles the surface is the smooth one for emitters' light, and the true one where the closure has
+        drawn `wo` itself: so its rays leave the surface, and none is lost between the two horizons.
+        """
+        horizon = self.lanes.horizon
+        valid = self._same_side(wo, cos_o, horizon)
+        if drawn is None or horizon is self.lanes.ng:
+            return valid
+        return np.where(drawn, self._same_side(wo, cos_o), valid)
 
     def _shadow(self, k: int, wo: Float32) -> Float32 | float:
         """What bumps leave of a diffuse closure's light (`bump_shadow`)."""
@@ -256,7 +274,7 @@ class SliceBSDF:
             scatter(out.wo, index, wo)
             scatter(dirac_weight, index, weight)
             out.lobe[index] = self._lobe(closure, index, s.lobe)
-        value, pdf = self.eval_pdf(out.wo)
+        value, pdf = self.eval_pdf(out.wo, chosen=choice)
         dirac = (out.lobe & Lobe.DELTA) != 0
         smooth = (pdf > 0) & ~dirac & (vectors.max3(dirac_weight) > 0)
         np.multiply(dirac_weight, dirac, out=out.weight)

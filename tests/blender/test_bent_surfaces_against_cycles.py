@@ -135,6 +135,42 @@ def test_gloss_that_bumps_would_mirror_into_the_sheet(kind, inputs, tmp_path):
     assert abs(ours - theirs) < 0.01 * theirs, (ours, theirs)
 
 
+def smooth_ball(*kinds):
+    """The sheet's bumps on a coarse smooth ball, of the closures of these kinds in equal parts."""
+    sheet(kinds[0], "bump", 0.3)
+    bpy.data.objects.remove(bpy.data.objects["Sheet"])
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=1.8, segments=16, ring_count=8)
+    bpy.ops.object.shade_smooth()
+    made = bpy.data.materials["Sheet"]
+    bpy.context.object.data.materials.append(made)
+    tree = made.node_tree
+    first, end = (next(n for n in tree.nodes if n.type == t) for t in ("TEX_WAVE", "OUTPUT_MATERIAL"))
+    first.inputs["Scale"].default_value = 10.0
+    if len(kinds) == 1:
+        return
+    bump, mix = next(n for n in tree.nodes if n.type == "BUMP"), tree.nodes.new("ShaderNodeMixShader")
+    for k, kind in enumerate(kinds):
+        closure = tree.nodes.new("ShaderNode" + kind)
+        closure.inputs[0].default_value = (1, 1, 1, 1)
+        tree.links.new(bump.outputs[0], closure.inputs["Normal"])
+        tree.links.new(closure.outputs[0], mix.inputs[1 + k])
+    tree.links.new(mix.outputs[0], end.inputs["Surface"])
+
+
+def test_a_mixture_scatters_what_its_parts_do_about_a_smooth_bent_normal(tmp_path):
+    """Of light scattered once half of each part's, whichever closure draws the way; and as in Cycles."""
+    parts = "BsdfAnisotropic", "BsdfTranslucent"
+    means = []
+    for kinds in (parts[:1], parts[1:], parts):
+        smooth_ball(*kinds)
+        means.append(np.mean([image[..., :3].mean() for image in by_engine(128, (24, 24), max_depth=2)]))
+    only = {f"{kind}_bounces": 0 for kind in ("max", "diffuse", "glossy", "transmission")}
+    theirs = np.mean([image[..., :3].mean() for image in by_cycles(128, (24, 24), tmp_path, **only)])
+    one, other, both = means
+    assert abs(both - (one + other) / 2) < 0.004  # noise: 0.001
+    assert abs(both - theirs) < 0.006
+
+
 def test_coverage_tells_that_lamps_shine_through_bumps_undimmed():
     sheet("BsdfTranslucent", "bump", 0.3)
     snapshot = export_scene(bpy.context.evaluated_depsgraph_get())
