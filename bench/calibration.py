@@ -144,17 +144,17 @@ def targets(name: str) -> dict[str, Any]:
     }
 
 
-def error_of_64(name: str) -> float:
-    """True relative error of `SAMPLES` Sobol samples."""
+def error_of_64(name: str, sampler: str = SAMPLERS[0]) -> float:
+    """True relative error of `SAMPLES` samples."""
     reference = truth(name)
-    return float(np.sqrt(np.mean([errors(im, reference)[1] for im in seeds(name, "sobol")["image"]])))
+    return float(np.sqrt(np.mean([errors(im, reference)[1] for im in seeds(name, sampler)["image"]])))
 
 
-def predictions(name: str) -> dict[str, Any]:
+def predictions(name: str, sampler: str) -> dict[str, Any]:
     """What a larger picture foretells a tenth into the way to half that error, over what it took."""
-    target, foretold = error_of_64(name) / 2, []
+    foretold, how = [], {"samples": 16 * SAMPLES, "target_error": error_of_64(name, sampler) / 2}
     for seed in range(2000, 2000 + FORETOLD_SEEDS):
-        result = rendered(name, FORETOLD_SIZE, samples=16 * SAMPLES, seed=seed, target_error=target)
+        result = rendered(name, FORETOLD_SIZE, seed=seed, sampler=sampler, **how)
         if (early := result.progress.forecast.early) is not None:
             foretold.append(early.samples * FORETOLD_SIZE**2 / result.progress.camera_samples)
     return {
@@ -211,10 +211,11 @@ def parts() -> Iterator[tuple[str, Callable[[], dict[str, Any]]]]:
     for sampler in SAMPLERS:
         for name in SNAPSHOTS:
             yield f"coverage, {name}, {sampler}", lambda n=name, s=sampler: coverage(n, s)
+            yield f"predictions, {name}, {sampler}", lambda n=name, s=sampler: predictions(n, s)
         if sampler == SAMPLERS[0]:
             for kind in SHORT:
                 yield f"bias, {kind}", lambda k=kind: bias(k)
-            for part, measure in (("targets", targets), ("predictions", predictions), ("adaptive", adaptive)):
+            for part, measure in (("targets", targets), ("adaptive", adaptive)):
                 for name in SNAPSHOTS:
                     yield f"{part}, {name}", lambda m=measure, n=name: m(n)
 
