@@ -6,7 +6,7 @@ Lamps do not occlude: a ray passes through them and gathers all that lie before 
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -180,10 +180,18 @@ class Lights:
 
     def by_power(self) -> Lights:
         """The same lights, chosen by their power wherever the shaded point is."""
+
+        def by_power(lights: Lights) -> None:
+            lights.by_place = None
+
+        return self.changed(by_power)
+
+    def changed(self, change: Callable[[Lights], None]) -> Lights:
+        """A copy that was changed, also as estimators that combine see it."""
         lights = copy.copy(self)
-        lights.by_place = None
+        change(lights)
         if self._without_sky is not None:
-            lights._without_sky = self._without_sky.by_power()
+            lights._without_sky = self._without_sky.changed(change)
         return lights
 
     def _prepare_choice(self) -> None:

@@ -99,13 +99,12 @@ def with_catchers_alone(scene: Scene, tree: Sighted | Nearer) -> Scene:
     """The scene as rays see it that see catchers alone (`tree`), lit by what is real and the world."""
     alone = copy.copy(scene)
     alone.accel, alone.seen_apart = through_hulls(tree, scene.geometry), True
-    alone.lights, alone.light_groups, alone.alone = _lights(scene.lights), (), None
+    alone.lights, alone.light_groups, alone.alone = scene.lights.changed(_only_real), (), None
     return alone
 
 
-def _lights(lights: Lights) -> Lights:
-    """The real lamps, faces of catchers, the world."""
-    some = copy.copy(lights)
+def _only_real(lights: Lights) -> None:
+    """Leave the real lamps, faces of catchers, the world."""
     limits = lights.restrictions or of_all(len(lights.power))
     bounces = limits.bounces.copy()
     shines = np.ones(len(bounces), np.bool_)
@@ -113,5 +112,4 @@ def _lights(lights: Lights) -> Lights:
     faces = lights.whose_faces()
     shines[lights.lamps : lights.lamps + len(faces)] = (faces & Visibility.CATCHER) != 0
     bounces[~shines] = -1
-    some.restrictions = Restrictions(limits.hidden, bounces, limits.group, limits.apart, limits.linking)
-    return some
+    lights.restrictions = Restrictions(limits.hidden, bounces, limits.group, limits.apart, limits.linking)

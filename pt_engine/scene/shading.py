@@ -104,7 +104,7 @@ class LocalFrame:
         return frames.to_world(s, t, n, w)
 
 
-def _batch(bsdf: SliceBSDF, *_: object) -> int:
+def _batch(bsdf: SliceBSDF, *_: object, **__: object) -> int:
     return bsdf.lanes.batch
 
 

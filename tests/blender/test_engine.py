@@ -196,7 +196,7 @@ def test_statistics_are_written_where_the_scene_says(scene, tmp_path):
         "peak_memory_bytes", "nonfinite", "features", "error", "coverage",
     }  # fmt: skip
     assert wanted <= set(statistics)
-    assert set(statistics["seconds"]) == {"export", "build", "render", "write", "total"}
+    assert set(statistics["seconds"]) == {"export", "build", "render", "write", "other", "total"}
     assert statistics["resolution"] == [WIDTH, HEIGHT]
     assert statistics["samples"] == 2
     assert {"mse", "mse_ci95", "relmse", "relmse_ci95"} <= set(statistics["error"])

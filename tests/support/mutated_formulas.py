@@ -166,8 +166,8 @@ FORMULAS = (
     Mutation(
         "normals that turn as points do",
         "scene/transforms.py",
-        "return _apply(self._normal.take(instance, axis=0), n)",
-        "return _apply(self._linear.take(instance, axis=0), n)",
+        "return _apply(_of(self._normal, instance), n)",
+        "return _apply(_of(self._linear, instance), n)",
         "tests/scene/test_transforms.py",
     ),
     Mutation(

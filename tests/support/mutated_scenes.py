@@ -168,9 +168,9 @@ SCENES = (
     ),
     Mutation(
         "adaptive sampling that asks the pixel itself",
-        "render/decisions.py",
-        "np.maximum(around(squared, REACH) - squared, 0.0)",
-        "around(squared, REACH)",
+        "render/adaptive.py",
+        "witness = RING[(quarter + 1) % len(RING)]",
+        "witness = RING[quarter]",
         "tests/render/test_decisions.py",
     ),
     Mutation(
