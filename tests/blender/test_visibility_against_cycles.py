@@ -26,8 +26,8 @@ QUICK = {
     "lamp not shaded by cube",
     "floor catches shadows on a clear film",
 }
-# What stops no shadow rays shines through itself with its far sides. BSDF samples never see these, so they count as
-# much as their share among the sampled emitters: ours make 1.289 with the sky among them, 1.314 without.
+# What stops no shadow rays shines through itself with its far sides. BSDF samples never see these, so they
+# count as much as their share among the sampled emitters: 1.289 with the sky among them, 1.314 without.
 LOOSE = {"shining cube unseen by shadow": 0.03}
 ALL = [pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in CASES]
 
