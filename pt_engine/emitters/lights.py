@@ -178,14 +178,6 @@ class Lights:
         if (choice := self.compensated().by_place) is not None:
             choice.make_ready()
 
-    def by_power(self) -> Lights:
-        """The same lights, chosen by their power wherever the shaded point is."""
-
-        def by_power(lights: Lights) -> None:
-            lights.by_place = None
-
-        return self.changed(by_power)
-
     def changed(self, change: Callable[[Lights], None]) -> Lights:
         """A copy that was changed, also as estimators that combine see it."""
         lights = copy.copy(self)

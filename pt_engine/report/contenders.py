@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from ..core.samplers import SAMPLERS
+from ..emitters.lights import Lights
 from ..render import integrators  # noqa: F401  fills the registry
 from ..render.integrator import INTEGRATORS
 from ..render.settings import RenderSettings
@@ -96,5 +97,9 @@ def _clamping(base: Contender) -> Iterator[Contender]:
 def by_power(scene: Scene) -> Scene:
     """The same scene, its lights chosen by their power wherever the shaded point is."""
     plain = copy.copy(scene)
-    plain.lights = scene.lights.by_power()
+    plain.lights = scene.lights.changed(_by_power)
     return plain
+
+
+def _by_power(lights: Lights) -> None:
+    lights.by_place = None
