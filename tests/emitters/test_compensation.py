@@ -12,6 +12,7 @@ from support.lamps import gradient, lamp, lights, points, triangles, up, white
 
 from pt_engine.core.warps import square_to_cosine_hemisphere
 from pt_engine.emitters.environment import EnvironmentMap, texel_directions
+from pt_engine.render import integrators  # noqa: F401  (fills the registry)
 from pt_engine.render.integrator import INTEGRATORS
 from pt_engine.render.path_state import mis
 
@@ -100,7 +101,10 @@ def test_a_sky_that_is_the_same_everywhere_is_left_to_bsdf_samples(others):
     d = texel_directions(4, 8)
     assert whole.environment_pdf(d).min() > 0
     assert (left.environment_pdf(d) == 0).all()
-    assert left.description == whole.by_power().compensated().description == alone.description
+    changed = []
+    same = whole.changed(changed.append)
+    assert left.description == same.compensated().description == alone.description
+    assert [one.description for one in changed] == [whole.description, left.description]
     u = np.random.default_rng(1).random((3, 64), np.float32)
     samples = (choice.sample(points(64), up(64), u) for choice in (left, alone))
     for mine, theirs in zip(*samples, strict=True):
