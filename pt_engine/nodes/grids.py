@@ -134,15 +134,17 @@ class Grids:
             points = points_between(place.first, place.last)
             if place.grid is None and points <= MOST and points < DEAR * place.lanes:
                 place.grid = Grid(place.first, place.last)
-            if place.grid is not before or len(self._places) > PLACES:
+            if len(self._places) > PLACES:
+                del self._places[next(iter(self._places))]
+            if place.grid is not before:
                 self._forget()
             return place.grid
 
     def _forget(self) -> None:
-        """Drop the places that were not asked for the longest, as far as they are too many or too large."""
+        """Drop the places that were not asked for the longest, as far as their grids are too large."""
         kept = sum(place.grid.nbytes for place in self._places.values() if place.grid is not None)
         for key in list(self._places):
-            if kept <= KEPT and len(self._places) <= PLACES:
+            if kept <= KEPT:
                 break
             grid = self._places.pop(key).grid
             kept -= 0 if grid is None else grid.nbytes

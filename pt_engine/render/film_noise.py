@@ -153,10 +153,7 @@ def stratified_variance(moments: Moments, width: int) -> Float64:
     unknown = np.isnan(moments.variance[0])
     independent = np.where(unknown, 0.0, moments.spread)
     gain = np.where(independent > 0, moments.variance, 0.0) / np.where(independent > 0, independent, 1.0)
-    shape = (-1, width)
-    mean_gain = mean_of_alike(
-        gain.reshape(3, *independent.reshape(shape).shape), np.sqrt(independent).reshape(shape)
-    )
+    mean_gain = mean_of_alike(gain.reshape(3, -1, width), np.sqrt(independent).reshape(-1, width))
     result = mean_gain.reshape(3, -1) * independent
     result[:, unknown] = np.nan
     return result

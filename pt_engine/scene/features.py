@@ -45,7 +45,7 @@ def features(snapshot: Snapshot, scene: Scene, film_transparent: bool) -> dict[s
             "no object asks for it",
         ),
         "curved shadow terminators": (
-            scene.terminator is not None and scene.terminator.widest > 0,
+            scene.terminator is not None and scene.terminator.lifts,
             "no smooth mesh has a geometry offset",
         ),
         "transparent surfaces": (scene.transparent_surfaces, "no visible material is transparent"),

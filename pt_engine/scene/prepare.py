@@ -96,9 +96,8 @@ def prepare(
     apart = [*selves, *apart_from_others(snapshot), *([] if slices is None else slices.moving)]
     apart += rounds_among(snapshot).tolist()
     terminator = Terminator.of(snapshot, alone)
-    needs = materials.needs | (
-        {"position"} if terminator is not None and terminator.widest > 0 else frozenset()
-    )
+    lifts = terminator is not None and terminator.lifts
+    needs = materials.needs | ({"position"} if lifts else frozenset())
     may = may_share(snapshot, materials, apart)
     sharing = sharing_that_fits(snapshot, may, needs, room, in_hulls)
     rest, snapshot = (replace(s, meshes=s.meshes + hulls.meshes) for s in bare)

@@ -159,8 +159,7 @@ class SliceBSDF:
         are the closures that have drawn `wo`, if any has: theirs end at the true surface's horizon.
         """
         local: dict[int, Float32] = {}
-        drawn = (None if chosen is None else chosen == k for k in range(len(self.closures)))
-        parts = [self._eval_closure(k, wo, local, own) for k, own in enumerate(drawn)]
+        parts = [self._eval_closure(k, wo, local, chosen) for k in range(len(self.closures))]
         if hidden is not None:
             seen = [sees(closure.bsdf, hidden) for closure in self.closures]
             parts = [(f * s, p) for (f, p), s in zip(parts, seen, strict=True)]
@@ -174,7 +173,7 @@ class SliceBSDF:
         return value, pdf
 
     def _eval_closure(
-        self, k: int, wo: Float32, local: dict[int, Float32], drawn: NDArray[np.bool_] | None
+        self, k: int, wo: Float32, local: dict[int, Float32], chosen: Int32 | None
     ) -> tuple[Float32, Float32]:
         closure, frame = self.closures[k], self.frames[k]
         if hasattr(closure.bsdf, "eval_pdf_about"):
@@ -186,13 +185,13 @@ class SliceBSDF:
             cos_o = local[id(frame)][2]
             f, p = closure.bsdf.eval_pdf(closure.params, frame.wi, local[id(frame)])
         if self.bent:
-            valid, shadow = self._valid(wo, cos_o, drawn), self._shadow(k, wo)
+            valid, shadow = self._valid(k, wo, cos_o, chosen), self._shadow(k, wo)
             f, p = f * valid * shadow, p * valid * (shadow > 0)
         if self.angles is not None:
             f = f * fade(cos_o, self.angles)
         return closure.weight * f, p
 
-    def _valid(self, wo: Float32, cos_o: Float32, drawn: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
+    def _valid(self, k: int, wo: Float32, cos_o: Float32, chosen: Int32 | None) -> NDArray[np.bool_]:
         """Whether `wo` is on one side of the surface and of the shading frame.
 
         As in Cycles the surface is the smooth one for emitters' light, and the true one where the closure has
@@ -200,9 +199,9 @@ class SliceBSDF:
         """
         horizon = self.lanes.horizon
         valid = self._same_side(wo, cos_o, horizon)
-        if drawn is None or horizon is self.lanes.ng:
+        if chosen is None or horizon is self.lanes.ng:
             return valid
-        return np.where(drawn, self._same_side(wo, cos_o), valid)
+        return np.where(chosen == k, self._same_side(wo, cos_o), valid)
 
     def _shadow(self, k: int, wo: Float32) -> Float32 | float:
         """What bumps leave of a diffuse closure's light (`bump_shadow`)."""

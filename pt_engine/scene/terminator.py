@@ -53,6 +53,11 @@ class Terminator:
         self.alone = alone if alone.any() else None
         self.widest = np.float32(np.max(cutoff))
 
+    @property
+    def lifts(self) -> bool:
+        """Whether any ray starts above its triangle."""
+        return bool(self.widest > 0)
+
     @classmethod
     def of(cls, snapshot: Snapshot, alone: NDArray[np.bool_]) -> Terminator | None:
         """That of a snapshot; None where nothing is smooth or nobody says. `alone` (I,) is as above."""
@@ -81,6 +86,8 @@ class Terminator:
         (3, N) float32
             Directions from `o`.
         """
+        if not self.lifts:
+            return wo
         cos_n = vectors.dot(si.ns, wo)
         side = np.copysign(np.float32(1), cos_n)
         cos_n, cos_g = np.abs(cos_n), vectors.dot(si.ng, wo) * side
