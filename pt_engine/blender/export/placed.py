@@ -15,12 +15,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from .instance_layers import InstanceLayers
 from .needs import PARTICLE_ROWS
-from .properties import NOTHING, Rgba, as_rgba, first_of, object_rgba, rgba_of
+from .properties import NOTHING, Rgba, first_of, object_rgba, rgba_of
 from .random_id import MASK, jenkins
-
-WITH_GEOMETRY = {"MESH", "CURVE", "SURFACE", "FONT", "CURVES", "POINTCLOUD", "VOLUME", "GREASEPENCIL"}
-UNUSED = 2**31 - 1  # in the parts of a persistent id that a less nested instance does not need
 
 
 class PlacedAttributes:
@@ -29,7 +27,7 @@ class PlacedAttributes:
     def __init__(self, wanted: Iterable[str], frame: float) -> None:
         self.frame = frame
         self.rows: dict[str, list[Rgba]] = {name: [] for name in sorted(wanted)}
-        self._instance_layers: dict = {}
+        self._layers = InstanceLayers()
 
     def add(self, instance) -> None:
         """The next instance, within its loop step."""
@@ -57,25 +55,12 @@ class PlacedAttributes:
             system, parent = instance.particle_system, instance.parent
             found = None if system is None else rgba_of(system.settings, name)
             if found is None:
-                found = self.instance_rgba(instance, name)
+                found = self._layers.rgba(instance, name)
             if found is None:
                 found = rgba_of(parent, name)
             if found is not None:
                 return found
         return first_of((instance.object, instance.object.data), name)
-
-    def instance_rgba(self, instance, name: str) -> Rgba | None:
-        """An attribute that geometry nodes have stored on an instance."""
-        values = self.instance_layer(instance.parent, name)
-        number = [part for part in instance.persistent_id if part != UNUSED][-1]  # the outermost
-        return values[number] if number < len(values) else None
-
-    def instance_layer(self, parent, name: str) -> list[Rgba | None]:
-        """The values of an attribute of the instances that geometry nodes of `parent` have made."""
-        key = (parent.as_pointer(), name)
-        if key not in self._instance_layers:
-            self._instance_layers[key] = instance_values(parent, name)
-        return self._instance_layers[key]
 
     def particle(self, instance) -> dict[str, Rgba]:
         """The particle that an instance was made from; all 0 but the random number where there is none."""
@@ -93,19 +78,6 @@ class PlacedAttributes:
 
 
 NO_PARTICLE = dict.fromkeys(PARTICLE_ROWS, NOTHING) | {"particle": (0.0, jenkins(0) / MASK, 0.0, 0.0)}
-
-
-def instance_values(parent, name: str) -> list[Rgba | None]:
-    """An attribute of the instances in an object's evaluated geometry; [] where none has that name."""
-    if parent.type not in WITH_GEOMETRY or not hasattr(parent, "evaluated_geometry"):
-        return []
-    geometry = parent.evaluated_geometry()  # owns the cloud: keep it until that has been read
-    cloud = geometry.instances_pointcloud()
-    layer = None if cloud is None else cloud.attributes.get(name)
-    if layer is None or not len(layer.data):
-        return []
-    field = next((field for field in ("value", "vector", "color") if hasattr(layer.data[0], field)), None)
-    return [] if field is None else [as_rgba(getattr(item, field)) for item in layer.data]
 
 
 def on_instancer(instance, kind: str) -> Rgba:
