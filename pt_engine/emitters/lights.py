@@ -126,7 +126,7 @@ class Lights:
         self.names = tuple(lamp.data.name for lamp in shining)
         self.real = np.array([lamp.data.real for lamp in shining], np.bool_)
         self.lamps = len(shining)
-        self.takes_light = any((lamp.strength < 0.0).any() for lamp in shining)
+        self.may_take_light = any(lamp.shader or (lamp.strength < 0.0).any() for lamp in shining)
 
         self._lamps = lamp_parts(shining, self.chance)
         self._parts: list[Part] = [*self._lamps]

@@ -50,7 +50,7 @@ def displacement_node(n: NodeView) -> Outputs:
     height = n.call(displacement_height, *(n.float(name, default) for name, default in names))
     linked = n.optional("Normal")
     extra = () if linked is None else (linked,)
-    static = (n.prop("space", "OBJECT") == "OBJECT",)
+    static = (n.prop("space", "OBJECT") == "OBJECT" and not n.reader.world,)
     return {"Displacement": n.call(displacement, height, *extra, static=static)}
 
 
@@ -77,7 +77,7 @@ def tangent_displacement(lanes: Any, vector: Float32, midlevel: Float32, scale: 
 
 @node("VectorDisplacement")
 def vector_displacement_node(n: NodeView) -> Outputs:
-    space = str(n.prop("space", "TANGENT"))
+    space = "WORLD" if n.reader.world else str(n.prop("space", "TANGENT"))
     inputs = n.vector("Vector"), n.float("Midlevel"), n.float("Scale", 0.01)
     if space == "TANGENT":
         return {"Displacement": n.call(tangent_displacement, *inputs)}

@@ -23,6 +23,9 @@ from .suns import Sun, find_suns
 from .surface import SurfaceBuilder
 
 Float32 = NDArray[np.float32]
+DEPTHS = frozenset(
+    f"{kind}depth" for kind in ("", "diffuse_", "glossy_", "transmission_", "transparent_", "portal_")
+)
 
 
 @dataclass
@@ -120,8 +123,8 @@ def compile_light(
     known = batch.constant_emission()
     if known is not None:
         return LightProgram(np.ascontiguousarray(known[:, 0]), log.entries())
-    if batch.needs & {"depth", "transparent_depth"}:
-        log.note(graph.name, APPROXIMATE, "a lamp does not know how deep the path is: 1, and 0 transparent")
+    if batch.needs & DEPTHS:
+        log.note(graph.name, APPROXIMATE, "a lamp does not know how deep the path is: 1, and 0 of each kind")
     return LightProgram(one, log.entries(), batch)
 
 

@@ -96,7 +96,7 @@ def bad_number(event: Event, negative: bool) -> str:
 def only_positive(scene: Scene, integrator: Integrator) -> bool:
     """Whether no radiance can be below 0: no lamp, surface or sky takes light away, as far as is known.
 
-    Emission that varies over a surface or over the sky may be anything, and so may what an integrator
+    Emission that varies over a surface, a lamp or the sky may be anything, and so may what an integrator
     estimates that calls itself `signed`.
     """
     materials, world = scene.materials, scene.world
@@ -104,4 +104,4 @@ def only_positive(scene: Scene, integrator: Integrator) -> bool:
     if world.constant is None or materials.emission_varies[used].any():
         return False
     bright = np.min(materials.emission_constant[used], initial=0) >= 0 and np.min(world.constant) >= 0
-    return bool(bright) and not integrator.signed and not scene.lights.takes_light
+    return bool(bright) and not integrator.signed and not scene.lights.may_take_light

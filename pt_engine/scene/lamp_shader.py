@@ -16,6 +16,7 @@ from ..core.view import View
 from ..emitters.area import lengths
 from ..emitters.base import FAR, Lamp
 from ..nodes.batch import Batch
+from .no_surface import NoSurface
 from .snapshot import LightData
 
 Float32 = NDArray[np.float32]
@@ -96,10 +97,8 @@ class LampShader:
         return max(float(value.mean(dtype=np.float64)), FAINTEST * float(value.max()), 1e-6)
 
 
-class LampLanes:
+class LampLanes(NoSurface):
     """Points on a lamp as its node tree sees them."""
-
-    smooth = False
 
     def __init__(self, shader: LampShader, p: Float32, wo: Float32, origin: Float32) -> None:
         self._shader, self.view = shader, shader.view
@@ -193,50 +192,23 @@ class LampLanes:
         u, v = self.uv("")
         return np.stack([v, 1 - u - v])
 
-    def color(self, name: str) -> Float32:
-        """Zero: lamps have no attributes."""
-        return np.zeros((4, self.n), np.float32)
-
-    def attribute(self, name: str) -> Float32:
-        """Not found: zero with alpha 1."""
-        return np.repeat(np.array([[0], [0], [0], [1], [0]], np.float32), self.n, axis=1)
-
-    def per_object(self, name: str) -> Float32:
-        """Zero: lamps have no properties here."""
-        return np.zeros((4, self.n), np.float32)
-
     def depth_of(self, kind: str) -> NDArray[np.int32]:
         """Zero: the path is not known."""
         return np.zeros(self.n, np.int32)
-
-    def edges(self) -> list[tuple[Float32, Float32]]:
-        """None: a lamp is no triangle."""
-        return []
-
-    def object_tangent(self, uv_name: str) -> tuple[Float32, Float32]:
-        """Zero."""
-        return np.zeros((3, self.n), np.float32), np.ones(self.n, np.float32)
-
-    def object_random(self) -> Float32:
-        """Zero."""
-        return np.zeros(self.n, np.float32)
-
-    object_index = object_random
-
-    def object_color(self) -> Float32:
-        """Zero."""
-        return np.zeros((4, self.n), np.float32)
 
     def object_location(self) -> Float32:
         """(3, n) of the lamp."""
         where = np.asarray(self._shader.data.matrix, np.float32)[:3, 3:]
         return np.repeat(where, self.n, axis=1)
 
-    def bump_steps(self, width: float) -> tuple[Float32, Float32]:
-        """None: a lamp has no bumps."""
-        zero = np.zeros((3, self.n), np.float32)
-        return zero, zero
+    def object_color(self) -> Float32:
+        """(4, n) of the lamp's object."""
+        return np.repeat(np.array([self._shader.data.object_color], np.float32).T, self.n, axis=1)
 
-    def shifted(self, axis: int, width: float) -> LampLanes:
-        """The same lanes."""
-        return self
+    def object_index(self) -> Float32:
+        """(n,) pass index."""
+        return np.full(self.n, np.float32(self._shader.data.pass_index))
+
+    def object_random(self) -> Float32:
+        """(n,) the object's random number."""
+        return np.full(self.n, np.float32(self._shader.data.random))

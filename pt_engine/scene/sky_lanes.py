@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from ..core.raykind import RayKind
 from ..core.view import View
 from .arrivals import Arrival
+from .no_surface import NoSurface
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
 
 
-class SkyLanes:
+class SkyLanes(NoSurface):
     """Lanes whose ray left the scene: every coordinate is the ray's direction, as in Blender.
 
     Parameters
@@ -82,10 +83,6 @@ class SkyLanes:
         """(n,) bounces of one kind so far."""
         return getattr(self._came, f"{kind}_depth")  # type: ignore[no-any-return]
 
-    def per_object(self, name: str) -> Float32:
-        """Zero: the sky is no object."""
-        return np.zeros((4, self.n), np.float32)
-
     def generated(self) -> Float32:
         """(3, n) the direction."""
         return self._direction
@@ -96,29 +93,9 @@ class SkyLanes:
         """Zero: the sky has no uv map."""
         return np.zeros((2, self.n), np.float32)
 
-    def color(self, name: str) -> Float32:
-        """Zero: the sky has no colour attribute."""
-        return np.zeros((4, self.n), np.float32)
-
-    def attribute(self, name: str) -> Float32:
-        """Not found: zero with alpha 1."""
-        out = np.zeros((5, self.n), np.float32)
-        out[3] = 1
-        return out
-
     def barycentric(self) -> Float32:
         """Zero."""
         return np.zeros((2, self.n), np.float32)
-
-    def object_random(self) -> Float32:
-        """Zero."""
-        return np.zeros(self.n, np.float32)
-
-    object_index = object_random
-
-    def object_color(self) -> Float32:
-        """Zero."""
-        return np.zeros((4, self.n), np.float32)
 
     def object_location(self) -> Float32:
         """Zero."""

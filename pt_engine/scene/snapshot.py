@@ -296,6 +296,8 @@ class LightData:
         As in `Instances`.
     graph : Graph or None
         Its node tree, where it has one.
+    object_color, pass_index, random
+        What that learns as Object Info; an instance has its instancer's colour.
     """
 
     kind: str
@@ -320,6 +322,9 @@ class LightData:
     real: bool = True
     light_group: int = 0
     graph: Graph | None = None
+    object_color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    pass_index: int = 0
+    random: float = 0.0
 
 
 @dataclass(frozen=True)

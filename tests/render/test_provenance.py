@@ -10,7 +10,7 @@ from support.faults import poisoned, settings, snapshot, told, with_bsdf
 from pt_engine.render.integrator import INTEGRATORS, Integrator
 from pt_engine.render.progressive import render
 from pt_engine.scene.prepare import prepare
-from pt_engine.scene.snapshot import LightData
+from pt_engine.scene.snapshot import Graph, LightData, Link, Node
 
 
 @pytest.mark.filterwarnings("ignore:invalid value")
@@ -82,6 +82,16 @@ def test_negative_light_is_no_fault():
         result = render(scene, how)
         assert result.progress.nonfinite_count == 0
         assert result.image()[..., :3].min() < 0
+
+
+def test_a_lamp_whose_nodes_are_negative_is_no_fault():
+    """Its light is its normal, each of whose coordinates is negative somewhere."""
+    nodes = Node("NewGeometry", "g"), Node("Emission", "e", {"Color": Link(0, "Normal"), "Strength": 1.0})
+    graph = Graph("g", nodes, {"Surface": Link(1, "Emission")})
+    lamp = LightData("POINT", "odd", make.translation(0, -1, 2), 500.0, radius=0.5, graph=graph)
+    result = render(prepare(snapshot([lamp])), settings())
+    assert result.progress.nonfinite_count == 0
+    assert result.image()[..., :3].min() < 0
 
 
 class Signed(Integrator):

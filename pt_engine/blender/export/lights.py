@@ -8,6 +8,7 @@ import numpy as np
 
 from ...scene.snapshot import UNLIMITED, LightData
 from .materials import tree_graph
+from .random_id import MASK, random_of
 
 
 def export_light(instance, visibility: int, group: int, images, unsupported) -> LightData | None:
@@ -34,6 +35,13 @@ def export_light(instance, visibility: int, group: int, images, unsupported) -> 
         group=group,
         real=owner.is_shadow_catcher,
         graph=tree_graph(light, light.name, images, "from_light"),
+        object_color=tuple((instance.parent if instance.is_instance else owner).color),
+        pass_index=owner.pass_index,
+        random=float(
+            random_of(np.uint32([instance.random_id & MASK]), [owner.name], np.array([instance.is_instance]))[
+                0
+            ]
+        ),
         **shape(light),
     )
 
