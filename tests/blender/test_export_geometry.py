@@ -166,6 +166,17 @@ def test_geometry_nodes_instances_share_one_mesh_and_bring_their_material():
     assert len(set(snapshot.instances.random)) == 50
 
 
+def test_an_empty_slot_of_the_object_hides_the_meshs_material():
+    data = cube()
+    for name in ("First", "Second"):
+        data.materials.append(bpy.data.materials.new(name))
+    owner = add(data)
+    owner.material_slots[1].link = "OBJECT"
+    snapshot = export()
+    names = [snapshot.materials[number].name for number in snapshot.instances.materials[0, :2]]
+    assert names[0] == "First" != names[1] != "Second"
+
+
 @pytest.mark.parametrize("kind", ["curve", "text", "metaball", "surface"])
 def test_geometry_of_other_kinds_comes_once(kind):
     if kind == "curve":

@@ -256,15 +256,16 @@ def listed(geometries: list, start: int, geometry) -> int:
 def slots_of(owner) -> list:
     """Material of each slot: the object's own where the slot says so, else the evaluated mesh's.
 
-    Geometry that comes from geometry nodes has slots that the object doesn't know of.
+    Geometry that comes from geometry nodes has slots that the object doesn't know of. An empty slot of the
+    object hides the mesh's material, though the evaluated object names that.
     """
     own = owner.material_slots
     materials = list(owner.data.materials)
-    for number, slot in enumerate(own):
+    for number, (slot, original) in enumerate(zip(own, owner.original.material_slots, strict=False)):
         if number >= len(materials):
             materials.append(slot.material)
         elif slot.link == "OBJECT":
-            materials[number] = slot.material
+            materials[number] = slot.material if original.material else None
     return materials
 
 
