@@ -24,7 +24,7 @@ from .math_nodes import at_least, saturate, select
 from .normals import closure_normal
 from .registry import shader
 from .roughness import Rough, anisotropic, principled_alphas, squared
-from .shaders import add_diffuse, add_metal, is_lambert, is_multiscatter, relative_index
+from .shaders import add_diffuse, add_metal, is_lambert, is_multiscatter, note_rough_glass, relative_index
 from .sheen import add_sheen_layer
 from .surface import SurfaceBuilder, at_least_zero, is_at_most, is_constantly, is_zero
 from .thin_films import film_params, glass_film_params
@@ -166,6 +166,7 @@ class Layers:
 
     def solid_glass(self, weight: Value, rough: Rough) -> None:
         n = self.n
+        note_rough_glass(n, rough)
         through, eta = n.call(root, self.clamped), n.call(relative_index, self.ior)
         params = {"alpha": rough.alpha_x, "eta": eta, "transmission_tint": through}
         params |= glass_film_params(n, self.ior)

@@ -90,6 +90,16 @@ def test_rough_ashikhmin_shirley_is_not_cycles_sampler(roughness, state):
     assert entry.state == state
 
 
+@pytest.mark.parametrize("roughness", [0.0, 0.6, 0.7, 1.0])
+@pytest.mark.parametrize(
+    ("kind", "inputs"),
+    [("BsdfGlass", {}), ("BsdfRefraction", {}), ("BsdfPrincipled", {"Transmission Weight": 1.0})],
+)
+def test_what_cycles_adds_to_rough_glass_is_listed(kind, inputs, roughness):
+    (entry,) = compile_materials([shader(kind, Roughness=roughness, **inputs)]).coverage
+    assert entry.state == (EXACT if roughness <= 0.6 else APPROXIMATE)
+
+
 def test_a_portal_leads_straight_on_unless_told_otherwise():
     """No direction, or one of length 0: −wi; the hit point stays where it is."""
     wi = np.array([[0.6], [0.0], [0.8]], np.float32)
