@@ -9,18 +9,12 @@ from numpy.typing import NDArray
 
 from .attribute_nodes import mesh_attribute
 from .coordinates import position
-from .graph import NodeView
+from .graph import NodeView, shading_normal
 from .ir import FLOAT, VECTOR, Op, Value, lane_op
 from .registry import Outputs, node
 from .tangents import surface_tangent
 
 Float32 = NDArray[np.float32]
-
-
-@lane_op(VECTOR)
-def shading_normal(lanes: Any) -> Float32:
-    """Interpolated normal, on the viewer's side."""
-    return lanes.ns  # type: ignore[no-any-return]
 
 
 @lane_op(VECTOR)

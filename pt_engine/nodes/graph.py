@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..scene.snapshot import Graph, Link, Node
 from . import coverage
-from .ir import COLOR, FLOAT, VECTOR, Builder, Const, Op, Static, Value
+from .ir import COLOR, FLOAT, VECTOR, Builder, Const, Op, Static, Value, lane_op
 from .registry import NODES, SHADERS
 
 if TYPE_CHECKING:
@@ -17,6 +17,13 @@ if TYPE_CHECKING:
 
 Number: TypeAlias = float  # `NodeView.float` hides the type of that name
 MAX_DEPTH = 200  # links in a chain; deeper graphs than any artist's are cut with a note
+BENDERS = {"Bump", "NormalMap", "Bevel"}  # None as their Normal is the surface's, which they leave as it is
+
+
+@lane_op(VECTOR)
+def shading_normal(lanes: Any) -> Any:
+    """Interpolated normal, on the viewer's side."""
+    return lanes.ns
 
 
 class GraphReader:
@@ -79,6 +86,13 @@ class GraphReader:
             effect = f"output {link.socket} is not understood: the socket's default is used"
             self.log.note(node.name, coverage.IGNORED, effect)
         return outputs.get(link.socket)
+
+    def carried(self, link: Link, shift: int) -> Value | None:
+        """The same for sockets to which the surface's normal is no default: a normal that stays is a value."""
+        value, node = self.value(link, shift), self._node(link)
+        if value is None and node is not None and node.kind in BENDERS and link.socket == "Normal":
+            return self.builder.call(shading_normal, shift=shift)[0]
+        return value
 
     def _node(self, link: Link) -> Node | None:
         return self.graph.nodes[link.node] if 0 <= link.node < len(self.graph.nodes) else None
@@ -143,7 +157,7 @@ class NodeView:
     def _input(self, name: str, kind: str, default: Any, shift: int | None = None) -> Value:
         value = self.node.inputs.get(name)
         if isinstance(value, Link):
-            linked = self.reader.value(value, self.shift if shift is None else shift)
+            linked = self.reader.carried(value, self.shift if shift is None else shift)
             if linked is not None:
                 return self.builder.convert(linked, kind)
             value = None
@@ -172,7 +186,8 @@ class NodeView:
         link = self.linked(name)
         if link is None:
             return None
-        value = self.reader.value(link, self.shift)
+        read = self.reader.value if name.endswith("Normal") else self.reader.carried
+        value = read(link, self.shift)
         return None if value is None else self.builder.convert(value, VECTOR)
 
     def normal(self, name: str = "Normal") -> Value | None:

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from ..bsdfs import sheen as model
 from .energy_nodes import cosine
-from .geometry_nodes import shading_normal
-from .graph import NodeView
+from .graph import NodeView, shading_normal
 from .ir import FLOAT, VECTOR, Value, op
 from .math_nodes import saturate
 from .normals import closure_normal

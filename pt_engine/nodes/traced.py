@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .coordinates import position
-from .geometry_nodes import shading_normal
-from .graph import NodeView
+from .graph import NodeView, shading_normal
 from .ir import COLOR, FLOAT, VECTOR, Const, Op, Value, lane_op
 from .registry import Outputs, node
 from .surface import is_zero

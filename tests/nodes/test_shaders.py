@@ -146,3 +146,26 @@ def test_film_on_glass_is_seen_from_the_glass_when_behind():
     _, (closure,) = closures(graph, backfacing=np.array([0, 1, 0], np.float32))
     np.testing.assert_allclose(closure.params.film_ior, [1.33, 1.33 / 1.5, 1.33], rtol=1e-6)
     np.testing.assert_allclose(closure.params.film_thickness, 300)
+
+
+@pytest.mark.parametrize("kind", ["Bump", "NormalMap", "Bevel"])
+@pytest.mark.parametrize("socket", ["Color", "Strength"])
+def test_a_normal_that_is_left_as_it_is_can_be_read(kind, socket):
+    """A bump without height, a map of strength 0, a bevel without radius: the surface's normal, not nothing."""
+    bender = Node(kind, "b", {"Strength": 0.0, "Radius": 0.0})
+    toward = Node("NewGeometry", "g")
+    facing = Node(
+        "VectorMath",
+        "f",
+        {"Vector": Link(0, "Normal"), "Vector_001": Link(1, "Incoming")},
+        {"operation": "DOT_PRODUCT"},
+    )
+    source = Link(0, "Normal") if socket == "Color" else Link(2, "Value")
+    shine = Node("Emission", "e", {"Color": rgba((1, 1, 1)), "Strength": 1.0} | {socket: source})
+    compiled = compile_materials(
+        [Graph("g", (bender, toward, facing, shine), {"Surface": Link(3, "Emission")})]
+    )
+    lanes = NodeLanes(n=1, wi=np.array([[0.6], [0.0], [0.8]], np.float32))
+    lanes.ns = lanes.ng = np.array([[0.0], [0.0], [1.0]], np.float32)
+    expected = [0, 0, 1] if socket == "Color" else [0.8] * 3
+    np.testing.assert_allclose(compiled.batches[0].emission(lanes)[:, 0], expected, atol=1e-6)
