@@ -40,11 +40,19 @@ def fading_strands(scene):
     add(curves, "Tuft").shadow_terminator_shading_offset = 0.5
 
 
+def uneven_strands(scene):
+    curves = bpy.data.hair_curves.new("Tuft")
+    curves.add_curves([3])
+    add(curves, "Even", scale=(2, 2, -2))
+    add(curves, "Tuft", scale=(1, 1.2, 1))
+
+
 CASES = {
     "no reflective and refractive caustics": caustics_off,
     "shadow caustics": shadow_caustics,
     "max bounces": world_bounces,
     "shadow terminator shading offset": fading_strands,
+    "uneven scale": uneven_strands,
 }
 
 
@@ -52,6 +60,12 @@ CASES = {
 def test_what_is_not_observed_is_named(scene, what):
     CASES[what](scene)
     assert named() == {what}
+
+
+def test_only_uneven_scales_are_named(scene):
+    uneven_strands(scene)
+    bpy.context.view_layer.update()
+    assert {where for where, _, _ in export().unsupported} == {"Object Tuft"}
 
 
 def test_what_is_observed_is_not(scene):

@@ -15,7 +15,7 @@ from .materials import MaterialTable
 from .motion import MotionReader
 from .properties import with_scene_values
 from .shutter import Shutter
-from .unsupported import scene_wide
+from .unsupported import scene_wide, uneven_rounds
 from .world import export_world, world_of, world_visibility
 
 
@@ -54,7 +54,7 @@ def export_moment(depsgraph, camera, size, shutter: Shutter, frame: int) -> Snap
     collector = Collector(depsgraph, materials, images, unsupported, dicing)
     instances = collector.run()
     world = export_world(scene, view_layer, depsgraph, images)
-    unsupported += scene_wide(depsgraph, scene)
+    unsupported += scene_wide(depsgraph, scene) + uneven_rounds(instances, len(collector.meshes))
     linking = collector.linking
     motion, framed = None, export_camera(camera, scene.render, size=size, unsupported=unsupported)
     if shutter.on:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import bpy
+import numpy as np
 
 from ...scene.snapshot import UNLIMITED
 from .curves import hair_systems
+
+UNEVEN = 1.01  # one axis is scaled by so much more than another
 
 
 def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
@@ -67,3 +70,19 @@ def of_object(owner):
     if owner.shadow_terminator_shading_offset > 0.0:
         where = f"Object {owner.name}"
         yield (where, "shadow terminator shading offset", "light on its strands fades with its own cosine")
+
+
+def uneven_rounds(instances, meshes: int) -> list[tuple[str, str, str]]:
+    """Strands and points whose instances are scaled more along one axis than another.
+
+    `meshes` is the number of meshes, after which strands and points are counted.
+    """
+    rows = np.flatnonzero(instances.mesh >= meshes)
+    matrices = instances.matrix[rows, :3, :3]
+    scales = np.linalg.svd(np.where(np.isfinite(matrices), matrices, 0.0), compute_uv=False)
+    uneven = rows[scales[:, 0] > UNEVEN * scales[:, 2]]
+    effect = "its strands and points stay round, as thick as the mean of the scales makes them"
+    return [
+        (f"Object {name}", "uneven scale", effect)
+        for name in dict.fromkeys(instances.names[row] for row in uneven)
+    ]
