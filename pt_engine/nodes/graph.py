@@ -88,7 +88,7 @@ class GraphReader:
         return outputs.get(link.socket)
 
     def carried(self, link: Link, shift: int) -> Value | None:
-        """The same for sockets to which the surface's normal is no default: a normal that stays is a value."""
+        """The same for sockets without a normal of their own: one that stays as it is is a value to them."""
         value, node = self.value(link, shift), self._node(link)
         if value is None and node is not None and node.kind in BENDERS and link.socket == "Normal":
             return self.builder.call(shading_normal, shift=shift)[0]

@@ -151,7 +151,7 @@ def test_film_on_glass_is_seen_from_the_glass_when_behind():
 @pytest.mark.parametrize("kind", ["Bump", "NormalMap", "Bevel"])
 @pytest.mark.parametrize("socket", ["Color", "Strength"])
 def test_a_normal_that_is_left_as_it_is_can_be_read(kind, socket):
-    """A bump without height, a map of strength 0, a bevel without radius: the surface's normal, not nothing."""
+    """A bump without height, a map of strength 0, a bevel without radius: the surface's normal."""
     bender = Node(kind, "b", {"Strength": 0.0, "Radius": 0.0})
     toward = Node("NewGeometry", "g")
     facing = Node(
