@@ -21,11 +21,12 @@ from ..core.clock import stage
 from .adaptive import looks, wanted_samples
 from .film import Film
 from .film_noise import drawn_half, relative_variance
-from .schedule import LARGEST_PASS, Decide, Step
+from .schedule import Decide, Step
 from .settings import RenderSettings
 
 LEAST = 4  # samples before anything can be decided
 GROWTH = 0.25  # of the samples, between two moments when pixels may end
+STEP = 8  # samples, at least, between two such moments
 
 
 def relative_error(film: Film, percentile: float = 0.0, half: int | None = None) -> float | None:
@@ -55,7 +56,7 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
         nonlocal active, last, look, wanted
         if done < least:
             return Step(least - done, active)
-        more = settings.samples or LARGEST_PASS
+        more = settings.samples or STEP
         if settings.target_error and last:
             more = last - done
         elif settings.target_error:
@@ -70,7 +71,7 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
                 wanted = wanted_samples(film, settings)
                 look = next((float(n) for n in coming if n > done), np.inf)
             active = active[wanted[active] > done]
-            more = int(min(more, max(LARGEST_PASS, int(done * GROWTH)), look - done))
+            more = int(min(more, max(STEP, int(done * GROWTH)), look - done))
         return Step(max(0, more), active)
 
     return decide
@@ -85,5 +86,5 @@ def samples_for_target(film: Film, settings: RenderSettings, done: int, witness:
     """At how many samples the pixels of the half `witness` say that the target is reached; at least 1."""
     error = relative_error(film, settings.target_percentile, witness)
     if error is None:
-        return done + LARGEST_PASS
+        return done + STEP
     return max(1, int(np.ceil(done * (error / settings.target_error) ** 2)))
