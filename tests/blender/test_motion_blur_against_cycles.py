@@ -142,6 +142,7 @@ def test_strands_on_a_mesh_that_bends(scene, tmp_path):
     settings = ball.particle_systems[0].settings
     settings.type, settings.count, settings.hair_length = "HAIR", 200, 1.0
     settings.root_radius = settings.tip_radius = 4.0
+    settings.display_step = settings.render_step  # ours reads the viewport's depsgraph here, Cycles renders
     ball.shape_key_add(name="Basis")
     key = ball.shape_key_add(name="Long")
     for point in key.data:
