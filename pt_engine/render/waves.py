@@ -68,7 +68,8 @@ class Waves:
 
     def together(self, arrived: Vertices) -> Iterator[Vertices]:
         """What of the wave that has arrived, and of those before it, scatters now; the rest waits."""
-        if 0 < 2 * arrived.size <= self._lanes and not (self._is_last and not self._waiting):
+        has_company = bool(self._waiting) or not self._is_last
+        if has_company and 0 < 2 * arrived.size <= self._lanes:
             if arrived.size + sum(each.size for each in self._waiting) > self._lanes:
                 yield self._gathered()
             self._waiting.append(arrived.compact())
