@@ -35,7 +35,7 @@ def reported_to(engine, on_failure=lambda message: None):
         yield
     except BaseException as error:
         message = message_of(error)
-        if not isinstance(error, EXPECTED):
+        if not isinstance(error, (*EXPECTED, KeyboardInterrupt)):
             traceback.print_exc(file=sys.stderr)
         on_failure(message)
         engine.error_set(message)

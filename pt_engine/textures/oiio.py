@@ -14,14 +14,15 @@ def openimageio() -> Any:
 
     Raises
     ------
-    RuntimeError
+    ImportError
         Where the package is missing; the message says how to get it.
     """
     try:
         import OpenImageIO
     except ImportError as problem:
-        raise RuntimeError(
-            "image textures need the package OpenImageIO, which is not installed (pip install OpenImageIO)"
+        raise ImportError(
+            "images need the package OpenImageIO, which is not installed (pip install OpenImageIO)",
+            name="OpenImageIO",
         ) from problem
     return OpenImageIO
 
