@@ -6,6 +6,7 @@ import html
 import json
 import re
 import shlex
+import sys
 from pathlib import Path
 
 import bpy
@@ -135,6 +136,14 @@ def test_a_missing_package_is_told_before_the_work(run, blend, tmp_path, monkeyp
     assert code == 1
     assert "pip install" in err
     assert not (tmp_path / "a.exr").exists()
+
+
+def test_without_openimageio_images_are_refused_in_one_line(run, blend, tmp_path, monkeypatch):
+    assert run("render", blend, "-o", tmp_path / "a.exr", "--samples", 1, *QUICK)[0] == 0
+    monkeypatch.setitem(sys.modules, "OpenImageIO", None)  # as if it were not installed
+    code, out, err = run("compare", tmp_path / "a.exr", tmp_path / "a.exr")
+    assert (code, out) == (1, "")
+    assert err.strip() == "pt_engine: OpenImageIO is missing here: pip install OpenImageIO"
 
 
 def test_the_button_writes_a_page_and_leaves_the_files_output_settings(tmp_path):
