@@ -56,7 +56,8 @@ SHORT = {
     "adaptive": {"samples": 64, "adaptive": True, "min_samples": 4},
 }  # fmt: skip
 FORETOLD_SIZE, FORETOLD_SEEDS = 64, 8
-SHORT_SCENE, SHORT_SIZE, SHORT_SEEDS = "rough glass, shining square", 8, 1000
+SHORT_SCENE, SHORT_SIZE, SHORT_SEEDS = "rough glass, shining square", 8, 4000
+CONVERGED = 1 << 18  # samples, as many as the short renders together
 
 
 @cache
@@ -182,13 +183,13 @@ def adaptive(name: str) -> dict[str, Any]:
 @cache
 def converged() -> np.ndarray:
     """Mean of each of 16 parts of the small image, from many samples."""
-    many = rendered(SHORT_SCENE, SHORT_SIZE, samples=1 << 15, seed=10**6)
+    many = rendered(SHORT_SCENE, SHORT_SIZE, samples=CONVERGED, seed=10**6)
     parts: np.ndarray = picture(many).reshape(4, 2, 4, 2, 3).mean(axis=(1, 3, 4)).reshape(-1)
     return parts
 
 
 def bias(kind: str) -> dict[str, Any]:
-    """Mean of 1,000 short renders against many samples: its z, of the whole and the worst of 16 parts."""
+    """Mean of many short renders against many samples: its z, of the whole and the worst of 16 parts."""
     expected = converged()
     images = np.array(
         [picture(rendered(SHORT_SCENE, SHORT_SIZE, seed=k, **SHORT[kind])) for k in range(SHORT_SEEDS)]

@@ -6,6 +6,7 @@ from statistics import mean
 from typing import Any
 
 from .calibration import (
+    CONVERGED,
     DEPTH,
     FEW,
     FORETOLD_SEEDS,
@@ -88,10 +89,12 @@ of two, which some twenty samples do not tell: nine of ten is not reached.
 BIAS = f"""
 ## Bias
 
-{SHORT_SEEDS} short renders of "{SHORT_SCENE}", {SHORT_SIZE} × {SHORT_SIZE} pixels, against 32,768
+{SHORT_SEEDS} short renders of "{SHORT_SCENE}", {SHORT_SIZE} × {SHORT_SIZE} pixels, against {CONVERGED:,}
 samples: relative difference of the means, its standard error, z, and the largest |z| of 16 parts of the
 image (3.0 is exceeded by chance in 4 % of such tables). Adaptive sampling is unbiased by construction: no
-pixel's number of samples follows from its own samples, by no way round (`render/adaptive.py`).
+pixel's number of samples follows from its own samples, by no way round (`render/adaptive.py`). With a target
+error quarters of the pixels end each other's samples (`render/decisions.py`). A limit of time is kept by the
+clock, which numbers of samples cannot test: it is biased as far as bright paths take longer.
 
 | stops by | difference | standard error | z | worst part |
 |---|---|---|---|---|"""

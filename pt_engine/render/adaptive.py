@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .film import Film
-from .film_error import FLOOR
+from .film_error import FLOOR, estimate_error
 from .film_moments import Moments
 from .film_noise import REACH as MARGIN
 from .film_noise import around, bands, levels, relative_to_level, stratified_variance
@@ -82,19 +82,37 @@ def noise_around(film: Film, quarter: Quarter) -> Float64:
 
 def quarter_variance(film: Film, quarter: Quarter) -> Float64:
     """n v / (R² + 0.01 m²) of a quarter's pixels, taken as an image of their own: (rows, columns)."""
-    y, x = quarter
-    floor = FLOOR * float(film.image()[y::2, x::2, :3].mean(dtype=np.float64)) ** 2
-    result = np.empty((len(range(y, film.height, 2)), len(range(x, film.width, 2))))
+    floor = FLOOR * quarter_mean(film, quarter) ** 2
+    result = []
+    for moments, width, inside in quarter_bands(film, quarter):
+        variance = stratified_variance(moments, width) if film.correlated else moments.variance
+        relative = relative_to_level(variance, moments.level, moments.level_by_median, floor)
+        result.append(np.nan_to_num(relative * moments.samples)[inside])
+    return np.concatenate(result).reshape(-1, len(range(quarter[1], film.width, 2)))
+
+
+def quarter_relmse(film: Film, quarter: Quarter) -> float:
+    """What a quarter's pixels tell of their relMSE, taken as an image of their own; 0 where they can't."""
+    blocks = (moments.of(inside) for moments, _, inside in quarter_bands(film, quarter))
+    relmse = estimate_error(blocks, quarter_mean(film, quarter))["relmse"]
+    return relmse if isinstance(relmse, float) else 0.0
+
+
+def quarter_mean(film: Film, quarter: Quarter) -> float:
+    """Of a quarter's pixels and their channels."""
+    return float(film.image()[quarter[0] :: 2, quarter[1] :: 2, :3].mean(dtype=np.float64))
+
+
+def quarter_bands(film: Film, quarter: Quarter) -> Iterator[tuple[Moments, int, slice]]:
+    """Band by band: moments of a quarter with levels of its own, its columns, which pixels are not margin."""
+    y = quarter[0]
     for y0, y1 in bands(film):
         first, last = max(0, y0 - 2 * MARGIN), min(film.height, y1 + 2 * MARGIN)
         moments, width = quarter_moments(film, quarter, first, last)
-        variance = stratified_variance(moments, width) if film.correlated else moments.variance
-        relative = relative_to_level(variance, *levels(moments, width), floor) * moments.samples
-        rows = slice(-((y - y0) // 2), -((y - y1) // 2))  # of the quarter, among y0 … y1 − 1
-        start = -((y - first) // 2)
-        inside = np.nan_to_num(relative).reshape(-1, width)[rows.start - start : rows.stop - start]
-        result[rows] = inside
-    return result
+        by_mean, by_median = levels(moments, width)
+        start, end, skipped = (-((y - row) // 2) for row in (y0, y1, first))  # rows of the quarter
+        inside = slice((start - skipped) * width, (end - skipped) * width)
+        yield moments._replace(level=by_mean, level_by_median=by_median), width, inside
 
 
 def quarter_moments(film: Film, quarter: Quarter, first: int, last: int) -> tuple[Moments, int]:

@@ -1,10 +1,12 @@
 """When a render is good enough, and which pixels still need samples.
 
-The target error: pixels are dealt to two random halves, and each is finished when the *other* is good enough.
-Pixels are independent, so a half that was lucky has only stopped the other: neither the image nor what its
-samples tell of its error knows of the luck. (Not even the image's mean, to which errors are relative, may
-tell one half of the other.) Where one half is finished, the other goes on to as many samples
-as the finished one says: n (E/target)², with E its error at n samples.
+The target error: pixels are dealt to four quarters in a ring (`adaptive.RING`), and each is finished when the
+*next* one is good enough. A quarter that was lucky has only stopped another: neither the image nor what its
+samples tell of its error knows of the luck. For that, nothing else may tell one of the other. Each quarter
+is taken as an image of its own, with its own mean and its own neighbours, and when a quarter is asked about
+again follows from what was said about it before. Where the one that tells is finished itself, it has the
+last word: n (E/target)², with E its error at its n samples. Only so may a quarter's own samples come round to
+it, if all finish in turn, by way of that n, on which what is told does not depend on average.
 
 Adaptive sampling: see `adaptive`. A pixel's own samples take no part in the decision about it.
 
@@ -18,9 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.clock import stage
-from .adaptive import looks, wanted_samples
+from .adaptive import RING, Quarter, looks, quarter_relmse, quarter_variance, wanted_samples
 from .film import Film
-from .film_noise import drawn_half, relative_variance
 from .schedule import LARGEST_PASS, Decide, Step
 from .settings import RenderSettings
 
@@ -28,43 +29,29 @@ LEAST = 4  # samples before anything can be decided
 GROWTH = 0.25  # of the samples, between two moments when pixels may end
 
 
-def relative_error(film: Film, percentile: float = 0.0, half: int | None = None) -> float | None:
-    """The image's √relMSE, or with a percentile the relative error that so many pixels are below.
-
-    `half` as in `Film.error`. None below two samples.
-    """
-    if percentile:
-        errors = relative_variance(film, half).reshape(-1)
-        errors = errors[np.isfinite(errors) & ((half is None) | (drawn_half(0, errors.size) == half))]
-        return float(np.sqrt(np.percentile(errors, percentile))) if errors.size else None
-    relmse = film.error(half)["relmse"]
-    return float(np.sqrt(relmse)) if isinstance(relmse, float) else None
-
-
 def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) -> Decide | None:
     """What `schedule.units` asks; None where nothing depends on the film."""
     if not settings.target_error and not settings.adaptive:
         return None
     least = max(LEAST, settings.min_samples)
-    active, last = order, 0  # `last`: the samples at which the second half is finished
-    coming = looks(settings, least)
+    active, coming = order, looks(settings, least)
     look, wanted = float(next(coming)), np.zeros(0)
+    witnesses = ring(film)
+    asked = dict.fromkeys(witnesses, least)  # the quarters that go on, and when each is asked about
 
     @stage("accuracy")
     def decide(done: int) -> Step:
-        nonlocal active, last, look, wanted
+        nonlocal active, look, wanted
         if done < least:
             return Step(least - done, active)
         more = settings.samples or LARGEST_PASS
-        if settings.target_error and last:
-            more = last - done
-        elif settings.target_error:
-            needed = [samples_for_target(film, settings, done, witness=half) for half in (1, 0)]
-            if min(needed) <= done:
-                last = max(needed)
-                active = active[drawn(active) == needed.index(last)]
-            # Half of what 1/√n asks for is safe to add unseen, but Sobol points' error may fall faster.
-            more = last - done if last else max(1, min(done, (min(needed) - done) // 2))
+        if settings.target_error:
+            for quarter in [q for q, when in asked.items() if when <= done]:
+                asked[quarter] = next_question(film, settings, done, witnesses[quarter])
+                if asked[quarter] == done:
+                    del asked[quarter]
+                    active = active[~lies_in(quarter, active, film.width)]
+            more = min(asked.values(), default=done) - done
         if settings.adaptive and more > 0:
             if done >= look:
                 wanted = wanted_samples(film, settings)
@@ -76,14 +63,34 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
     return decide
 
 
-def drawn(pixels: NDArray[np.int32]) -> NDArray[np.uint32]:
-    """Which random half each of some pixels is of."""
-    return drawn_half(0, int(np.max(pixels, initial=-1)) + 1)[pixels]
+def ring(film: Film) -> dict[Quarter, Quarter]:
+    """Each quarter's witness, the next that there is: a single row has but two."""
+    there = [(y, x) for y, x in RING if y < film.height and x < film.width]
+    return dict(zip(there, there[1:] + there[:1], strict=True))
 
 
-def samples_for_target(film: Film, settings: RenderSettings, done: int, witness: int) -> int:
-    """At how many samples the pixels of the half `witness` say that the target is reached; at least 1."""
-    error = relative_error(film, settings.target_percentile, witness)
-    if error is None:
-        return done + LARGEST_PASS
-    return max(1, int(np.ceil(done * (error / settings.target_error) ** 2)))
+def lies_in(quarter: Quarter, pixels: NDArray[np.int32], width: int) -> NDArray[np.bool_]:
+    """Which of some pixels are of a quarter."""
+    y, x = np.divmod(pixels, width)
+    return (y % 2 == quarter[0]) & (x % 2 == quarter[1])
+
+
+def next_question(film: Film, settings: RenderSettings, done: int, witness: Quarter) -> int:
+    """At how many samples a quarter is to be asked about again; `done` where the witness is good enough."""
+    known = int(film.counts()[witness[0] :: 2, witness[1] :: 2].max())
+    needed = int(np.ceil(known * (quarter_error(film, settings, witness) / settings.target_error) ** 2))
+    if needed <= done:
+        return done
+    if known < done:
+        return needed
+    # Half of what 1/√n asks for is safe to add unseen, but Sobol points' error may fall faster.
+    return done + max(1, min(done, (needed - done) // 2))
+
+
+def quarter_error(film: Film, settings: RenderSettings, quarter: Quarter) -> float:
+    """A quarter's √relMSE, or with a percentile the relative error that so many of its pixels are below."""
+    if not settings.target_percentile:
+        return float(np.sqrt(quarter_relmse(film, quarter)))
+    counts = film.counts()[quarter[0] :: 2, quarter[1] :: 2]
+    squared = quarter_variance(film, quarter) / np.maximum(counts, 1)
+    return float(np.sqrt(np.percentile(squared, settings.target_percentile)))

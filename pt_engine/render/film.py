@@ -20,7 +20,7 @@ from ..core.rows import columns
 from . import exact_sum
 from .film_error import ErrorEstimate, estimate_error
 from .film_moments import SQUARE_SCALE, Moments, Sums, moments_of
-from .film_noise import bands, drawn_half, moments_by_band, pixel_variance
+from .film_noise import bands, moments_by_band, pixel_variance
 from .sample_ranges import Ranges, joined, overlapping
 
 Float32 = NDArray[np.float32]
@@ -285,17 +285,13 @@ class Film:
             image[part] = (total / np.maximum(count, 1)).T
         return image.reshape(self.height, self.width, 3)
 
-    def mean(self, half: int | None = None) -> float:
-        """Of the image, over pixels and channels; of all pixels or of one random half of them."""
-        total, pixels = 0.0, 0
+    def mean(self) -> float:
+        """Of the image, over pixels and channels."""
+        total = 0.0
         for part in self._blocks():
             sums = self.sums(part)
-            means = sums.total / np.maximum(sums.samples, 1)
-            if half is not None:
-                means = means[:, drawn_half(part.start, means.shape[1]) == half]
-            total += float(means.sum())
-            pixels += means.shape[1]
-        return total / (3 * max(pixels, 1))
+            total += float((sums.total / np.maximum(sums.samples, 1)).sum())
+        return total / (3 * max(self.pixels, 1))
 
     def counts(self) -> NDArray[np.uint32]:
         """Samples of each pixel: (height, width) uint32."""
@@ -340,12 +336,9 @@ class Film:
         """Means and their variances for a run of pixel numbers."""
         return moments_of(self.sums(pixels))
 
-    def error(self, half: int | None = None) -> ErrorEstimate:
-        """How wrong the image is: `mse`, `relmse`, `rmse`, each with its `_ci95`: see `film_error`.
-
-        With `half` 0 or 1, as one random half of the pixels tells it; neither half knows of the other.
-        """
-        return estimate_error(moments_by_band(self, half), self.mean(half))
+    def error(self) -> ErrorEstimate:
+        """How wrong the image is: `mse`, `relmse`, `rmse`, each with its `_ci95`: see `film_error`."""
+        return estimate_error(moments_by_band(self), self.mean())
 
     def state(self) -> dict[str, NDArray[np.generic]]:
         """The arrays that make the film, in the order of pixel numbers."""

@@ -21,8 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.hashing import lowbias32
-from .film_error import FLOOR, weights
+from .film_error import weights
 from .film_moments import Moments, moments_of
 
 if TYPE_CHECKING:
@@ -42,8 +41,8 @@ def bands(film: Film) -> Iterator[tuple[int, int]]:
         yield y, min(y + rows, film.height)
 
 
-def moments_by_band(film: Film, half: int | None = None) -> Iterator[Moments]:
-    """Unbiased moments with their level, of all pixels or of one random half of them, band by band."""
+def moments_by_band(film: Film) -> Iterator[Moments]:
+    """Unbiased moments with their level, band by band."""
     for y0, y1 in bands(film):
         margin = REACH if film.correlated else 1
         first, last = max(0, y0 - margin), min(film.height, y1 + margin)
@@ -52,24 +51,7 @@ def moments_by_band(film: Film, half: int | None = None) -> Iterator[Moments]:
         moments = moments._replace(level=by_mean, level_by_median=by_median)
         if film.correlated:
             moments = moments._replace(spread=stratified_spread(moments, film.width))
-        inside = moments.of(slice((y0 - first) * film.width, (y1 - first) * film.width))
-        if half is not None:
-            inside = inside.of(np.flatnonzero(drawn_half(y0 * film.width, len(inside.samples)) == half))
-        yield inside
-
-
-def relative_variance(film: Film, half: int | None = None) -> Float64:
-    """Mean over channels of v / (R² + 0.01 m²) of each pixel: (height, width), NaN below two samples.
-
-    Between what the two levels say; m is the mean of all pixels, or of one random half of them.
-    """
-    floor = FLOOR * film.mean(half) ** 2
-    result = np.empty((film.height, film.width))
-    for (y0, y1), moments in zip(bands(film), moments_by_band(film), strict=True):
-        variance = np.moveaxis(pixel_variance(film, y0, y1), -1, 0).reshape(3, -1)
-        relative = relative_to_level(variance, moments.level, moments.level_by_median, floor)
-        result[y0:y1] = relative.reshape(y1 - y0, film.width)
-    return result
+        yield moments.of(slice((y0 - first) * film.width, (y1 - first) * film.width))
 
 
 def relative_to_level(variance: Float64, level: Float64, by_median: Float64, floor: float) -> Float64:
@@ -77,11 +59,6 @@ def relative_to_level(variance: Float64, level: Float64, by_median: Float64, flo
     weight = weights(level, floor) * weights(by_median, floor)
     relative: Float64 = (variance * np.sqrt(weight)).mean(axis=0)
     return relative
-
-
-def drawn_half(first: int, count: int) -> NDArray[np.uint32]:
-    """Which random half, 0 or 1, each pixel from `first` on is of: (count,), the same in every render."""
-    return lowbias32(np.arange(first, first + count, dtype=np.uint32)) & np.uint32(1)
 
 
 def levels(moments: Moments, width: int) -> tuple[Float64, Float64]:

@@ -174,6 +174,13 @@ SCENES = (
         "tests/render/test_decisions.py",
     ),
     Mutation(
+        "a target error that asks the pixels that it ends",
+        "render/decisions.py",
+        "zip(there, there[1:] + there[:1], strict=True)",
+        "zip(there, there, strict=True)",
+        "tests/render/test_decisions.py",
+    ),
+    Mutation(
         "eyes that converge behind the head",
         "cameras/spherical_stereo.py",
         "np.float32(eye.convergence) - offset",
