@@ -72,12 +72,13 @@ def ring(film: Film) -> dict[Quarter, Quarter]:
 def lies_in(quarter: Quarter, pixels: NDArray[np.int32], width: int) -> NDArray[np.bool_]:
     """Which of some pixels are of a quarter."""
     y, x = np.divmod(pixels, width)
-    return (y % 2 == quarter[0]) & (x % 2 == quarter[1])
+    inside: NDArray[np.bool_] = (y % 2 == quarter[0]) & (x % 2 == quarter[1])
+    return inside
 
 
 def next_question(film: Film, settings: RenderSettings, done: int, witness: Quarter) -> int:
     """At how many samples a quarter is to be asked about again; `done` where the witness is good enough."""
-    known = int(film.counts()[witness[0] :: 2, witness[1] :: 2].max())
+    known = int(np.max(film.counts()[witness[0] :: 2, witness[1] :: 2]))
     needed = int(np.ceil(known * (quarter_error(film, settings, witness) / settings.target_error) ** 2))
     if needed <= done:
         return done
