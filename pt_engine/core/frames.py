@@ -24,8 +24,13 @@ def frame(n: Float32) -> tuple[Float32, Float32]:
     sign = np.copysign(np.float32(1.0), z)
     a = -1.0 / (sign + z)
     b = x * y * a
-    s = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x])
-    t = np.stack([b, sign + y * y * a, -y])
+    s, t = np.empty(n.shape, n.dtype), np.empty(n.shape, n.dtype)
+    np.add(1.0, sign * x * x * a, out=s[0])
+    np.multiply(sign, b, out=s[1])
+    np.multiply(-sign, x, out=s[2])
+    t[0] = b
+    np.add(sign, y * y * a, out=t[1])
+    np.negative(y, out=t[2])
     return s, t
 
 
@@ -41,7 +46,10 @@ def from_tangent(n: Float32, tangent: Float32) -> tuple[Float32, Float32]:
 
 def to_local(s: Float32, t: Float32, n: Float32, w: Float32) -> Float32:
     """World direction w (3, N) in the frame: (w·s, w·t, w·n)."""
-    return np.stack([dot(w, s), dot(w, t), dot(w, n)])
+    local = np.empty(w.shape, w.dtype)
+    for row, axis in zip(local, (s, t, n), strict=True):
+        dot(w, axis, out=row)
+    return local
 
 
 def to_world(s: Float32, t: Float32, n: Float32, w: Float32) -> Float32:

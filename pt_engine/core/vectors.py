@@ -16,9 +16,9 @@ TINY = float(np.finfo(np.float32).tiny)
 SIGN = np.int32(np.iinfo(np.int32).min)  # the highest bit alone
 
 
-def dot(a: Float32, b: Float32) -> Float32:
-    """a·b: (N,). Either may be (3, 1)."""
-    total: Float32 = a[0] * b[0]
+def dot(a: Float32, b: Float32, out: Float32 | None = None) -> Float32:
+    """a·b: (N,), in `out` if that is given. Either may be (3, 1)."""
+    total: Float32 = np.multiply(a[0], b[0], out=out)
     total += a[1] * b[1]
     total += a[2] * b[2]
     return total

@@ -358,7 +358,8 @@ class Lights:
         for part, first in zip(self._lamps, self._first, strict=False):
             if self._crowd is None or not part.boxed:
                 for row, hits in zip(part.rows(of_camera), part.hits(o, d, t, of_camera), strict=True):
-                    yield self._here(hits, int(first) + row, place, ways)
+                    if hits.lanes.size:
+                        yield self._here(hits, int(first) + row, place, ways)
         if self._crowd is not None:
             for number, hits in self._crowd.hits(o, d, t, of_camera):
                 yield self._here(hits, number, place, ways)

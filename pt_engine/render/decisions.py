@@ -22,11 +22,12 @@ from numpy.typing import NDArray
 from ..core.clock import stage
 from .adaptive import RING, Quarter, looks, quarter_relmse, quarter_variance, wanted_samples
 from .film import Film
-from .schedule import LARGEST_PASS, Decide, Step
+from .schedule import Decide, Step
 from .settings import RenderSettings
 
 LEAST = 4  # samples before anything can be decided
 GROWTH = 0.25  # of the samples, between two moments when pixels may end
+STEP = 8  # samples, at least, between two such moments
 
 
 def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) -> Decide | None:
@@ -44,7 +45,7 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
         nonlocal active, look, wanted
         if done < least:
             return Step(least - done, active)
-        more = settings.samples or LARGEST_PASS
+        more = settings.samples or STEP
         if settings.target_error:
             for quarter in [q for q, when in asked.items() if when <= done]:
                 asked[quarter] = next_question(film, settings, done, witnesses[quarter])
@@ -57,7 +58,7 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
                 wanted = wanted_samples(film, settings)
                 look = next((float(n) for n in coming if n > done), np.inf)
             active = active[wanted[active] > done]
-            more = int(min(more, max(LARGEST_PASS, int(done * GROWTH)), look - done))
+            more = int(min(more, max(STEP, int(done * GROWTH)), look - done))
         return Step(max(0, more), active)
 
     return decide
@@ -72,12 +73,13 @@ def ring(film: Film) -> dict[Quarter, Quarter]:
 def lies_in(quarter: Quarter, pixels: NDArray[np.int32], width: int) -> NDArray[np.bool_]:
     """Which of some pixels are of a quarter."""
     y, x = np.divmod(pixels, width)
-    return (y % 2 == quarter[0]) & (x % 2 == quarter[1])
+    inside: NDArray[np.bool_] = (y % 2 == quarter[0]) & (x % 2 == quarter[1])
+    return inside
 
 
 def next_question(film: Film, settings: RenderSettings, done: int, witness: Quarter) -> int:
     """At how many samples a quarter is to be asked about again; `done` where the witness is good enough."""
-    known = int(film.counts()[witness[0] :: 2, witness[1] :: 2].max())
+    known = int(np.max(film.counts()[witness[0] :: 2, witness[1] :: 2]))
     needed = int(np.ceil(known * (quarter_error(film, settings, witness) / settings.target_error) ** 2))
     if needed <= done:
         return done

@@ -12,6 +12,7 @@ from .integrator import Integrator
 from .next_event import next_event
 from .schedule import WAVES
 from .survivors import Wavefront
+from .vertices import Vertices
 from .waves import Waves
 
 Float32 = NDArray[np.float32]
@@ -42,20 +43,19 @@ class PathActive(Integrator):
 
             # ------------------------- the paths that go on, those of one material side by side
             path, lanes, spans = front.survivors(path, found)
-            if path.size == 0:
-                continue
-            si = scene.surface(rays, found, lanes)
-            bsdf, random = scene.shade(si, path, spans), path.sampler(sampler)
+            for at in waves.together(Vertices(path, rays, found, lanes, spans)):
+                path, si = at.path, scene.surface(at.rays, at.found, at.lanes)
+                bsdf, random = scene.shade(si, path, at.spans), path.sampler(sampler)
 
-            # ------------------------- emitter sampling: next-event estimation
-            next_event(scene, path, si, bsdf, random.emitter(bounce), self)
+                # ------------------------- emitter sampling: next-event estimation
+                next_event(scene, path, si, bsdf, random.emitter(bounce), self)
 
-            # ------------------------- BSDF sampling: the next direction
-            scattered = bsdf.sample(random.bsdf(bounce))
+                # ------------------------- BSDF sampling: the next direction
+                scattered = bsdf.sample(random.bsdf(bounce))
 
-            # ------------------------- Russian roulette: unbiased, so cheap paths may end early
-            u = random.roulette(bounce) if self.roulette and bounce >= self.rr_depth - 2 else None
-            waves.go_on(path, front.advance(path, si, scattered, u))
+                # ------------------------- Russian roulette: unbiased, so cheap paths may end early
+                u = random.roulette(bounce) if self.roulette and bounce >= self.rr_depth - 2 else None
+                waves.go_on(path, front.advance(path, si, scattered, u))
         return front.finish(*waves.left())
 
 

@@ -201,10 +201,11 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
 
     @classmethod
     def joined(cls, parts: Sequence[PathState]) -> PathState:
-        """All paths of some parts that have made equally many bounces."""
+        """All paths of some parts that have made equally many bounces, with their density if all carry it."""
         first = parts[0]
         path = super().joined(parts)
-        path.pdf = np.concatenate([part.pdf for part in parts])
+        if all("pdf" in vars(part) for part in parts):
+            path.pdf = np.concatenate([part.pdf for part in parts])
         path.bounces, path._clamp, path._history = first.bounces, first._clamp, None
         if first._history is not None:
             path._history = {

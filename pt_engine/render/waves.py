@@ -1,8 +1,9 @@
 """The paths of many camera rays on their way: in waves of a size that suits memory, joined as they shrink.
 
 After some bounces few paths of a wave are left, and what Python and numpy ask for each call weighs more than
-the paths themselves. So a unit of work is several waves that go from bounce to bounce in step; those that
-together are no larger than one go on as one.
+the paths themselves; and while they ask, the other threads wait. So a unit of work is several waves that go
+from bounce to bounce in step. Those that together are no larger than one fly on as one, and where so many
+rays have left the scene that at most half a wave scatters, it waits for others to scatter with.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from ..scene.wave import Rays, rays_joined
 from .dimensions import LaneSampler
 from .integrator import Integrator
 from .path_state import PathState
+from .vertices import Vertices, vertices_joined
 
 Wave = tuple[PathState, Rays]
 
@@ -40,6 +42,8 @@ class Waves:
         self._lanes, self._clamp = integrator.lanes, integrator.clamp
         self._now = self._camera_waves(scene, rays, sampler)
         self._next: list[Wave] = []
+        self._waiting: list[Vertices] = []
+        self._is_last = False  # wave of this bounce
         self.size = rays.tfar.size
 
     def _camera_waves(self, scene: Scene, rays: Rays, sampler: LaneSampler) -> Iterator[Wave]:
@@ -51,6 +55,7 @@ class Waves:
             path = PathState.start(numbers, scene.tracks_history, scene.history(part), self._clamp)
             slot = path.slot
             slot += first
+            self._is_last = end == self.size
             yield path, part
 
     def along(self, bounces: range) -> Iterator[tuple[int, PathState, Rays]]:
@@ -60,6 +65,23 @@ class Waves:
                 before_bounce(bounce)
                 yield bounce, path, rays
             self._now, self._next = self._joined(self._next), []
+
+    def together(self, arrived: Vertices) -> Iterator[Vertices]:
+        """What of the wave that has arrived, and of those before it, scatters now; the rest waits."""
+        has_company = bool(self._waiting) or not self._is_last
+        if has_company and 0 < 2 * arrived.size <= self._lanes:
+            if arrived.size + sum(each.size for each in self._waiting) > self._lanes:
+                yield self._gathered()
+            self._waiting.append(arrived.compact())
+        elif arrived.size:
+            yield arrived
+        if self._waiting and self._is_last:
+            yield self._gathered()
+
+    def _gathered(self) -> Vertices:
+        """All that wait, as one."""
+        waiting, self._waiting = self._waiting, []
+        return vertices_joined(waiting)
 
     def go_on(self, path: PathState, rays: Rays) -> None:
         """Let a wave that has scattered go on to the next bounce."""
@@ -72,6 +94,7 @@ class Waves:
             while count < len(waves) and size + waves[count][0].size <= self._lanes:
                 size += waves[count][0].size
                 count += 1
+            self._is_last = count == len(waves)
             if count == 1:
                 yield waves.pop(0)
                 continue

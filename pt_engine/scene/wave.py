@@ -36,6 +36,12 @@ class Rays(NamedTuple):
     kind: NDArray[np.int32] | int = 0
     strand: NDArray[np.int32] | None = None
 
+    def take(self, lanes: NDArray[np.intp]) -> Rays:
+        """Some of the rays, in that order."""
+        o, d, tfar = (row.take(lanes, axis=-1, mode="clip") for row in (self.o, self.d, self.tfar))
+        kind = self.kind if isinstance(self.kind, int) else self.kind.take(lanes)
+        return Rays(o, d, tfar, kind, None if self.strand is None else self.strand.take(lanes))
+
     def part(self, span: slice) -> Rays:
         """A view of consecutive rays."""
         kind = self.kind if isinstance(self.kind, int) else self.kind[span]
@@ -87,6 +93,27 @@ class Intersection(NamedTuple):
 
     hits: Hits
     surface: NDArray[np.integer]
+
+    def take(self, lanes: NDArray[np.intp]) -> Intersection:
+        """Those of some of the rays, in that order."""
+        t, u, v, prim, instance = self.hits
+        copies = None if instance is None else instance.take(lanes)
+        hits = Hits(t.take(lanes), u.take(lanes), v.take(lanes), prim.take(lanes), copies)
+        return Intersection(hits, self.surface.take(lanes))
+
+    def part(self, span: slice) -> Intersection:
+        """A view of those of consecutive rays."""
+        t, u, v, prim, instance = self.hits
+        copies = None if instance is None else instance[span]
+        return Intersection(Hits(t[span], u[span], v[span], prim[span], copies), self.surface[span])
+
+
+def intersections_joined(parts: Sequence[Intersection]) -> Intersection:
+    """All of some parts, which are of one making."""
+    t, u, v, prim, instances = zip(*(part.hits for part in parts), strict=True)
+    copies = None if instances[0] is None else np.concatenate(instances)
+    hits = Hits(np.concatenate(t), np.concatenate(u), np.concatenate(v), np.concatenate(prim), copies)
+    return Intersection(hits, np.concatenate([part.surface for part in parts]))
 
 
 class Group(NamedTuple):

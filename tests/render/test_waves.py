@@ -12,10 +12,13 @@ from pt_engine.core.raykind import RayKind
 from pt_engine.core.samplers import Independent
 from pt_engine.render.dimensions import LaneSampler
 from pt_engine.render.schedule import Unit
+from pt_engine.render.survivors import sorted_by_batch
+from pt_engine.render.vertices import Vertices
 from pt_engine.render.waves import Waves
 from pt_engine.render.worker import by_sample
+from pt_engine.scene.accel import Hits
 from pt_engine.scene.prepare import prepare
-from pt_engine.scene.wave import Rays
+from pt_engine.scene.wave import Intersection, Rays
 
 N, LANES = 100, 30
 
@@ -56,11 +59,68 @@ def test_waves_that_do_not_fit_stay_apart(waves):
     assert [path.size for path in waves.left()] == [25, 25, 25, 25]
 
 
-def test_blocks_of_pixels_are_put_sample_by_sample():
-    """Lane (block, sample, pixel) → slot (sample, pixel)."""
+def arrived(path, rays, kept):
+    """Vertices of the lanes that `kept` marks, in three groups; what is found has the ray's number in it."""
+    number = rays.tfar.astype(np.int32)
+    found = Intersection(
+        Hits(rays.tfar + 1, rays.tfar + 2, rays.tfar + 3, number + 4, number + 5), number + 6
+    )
+    group = np.where(kept, path.slot % 3, 3).astype(np.uint8)
+    order, spans = sorted_by_batch(group, 3)
+    order = order[: spans[-1][1].stop if spans else 0]
+    return Vertices(path.take(order), rays, found, order, spans)
+
+
+def check(vertices):
+    """Each path has its own ray and hit; spans are groups in order, each of lanes all of that group."""
+    slot = vertices.path.slot
+    np.testing.assert_array_equal(vertices.rays.o[0].take(vertices.lanes), slot)
+    np.testing.assert_array_equal(vertices.rays.d[1].take(vertices.lanes), -(slot + N))
+    for k, row in enumerate((vertices.rays.tfar, *vertices.found.hits, vertices.found.surface)):
+        np.testing.assert_array_equal(row.take(vertices.lanes), slot + k)
+    groups, spans = zip(*vertices.spans, strict=True)
+    assert list(groups) == sorted(set(groups))
+    assert [span.start for span in spans] == [0, *(span.stop for span in spans[:-1])]
+    assert spans[-1].stop == vertices.size
+    for group, span in vertices.spans:
+        assert (slot[span] % 3 == group).all()
+
+
+@pytest.mark.parametrize(
+    ("kept", "sizes"),
+    [
+        ([5, 5, 5, 5], [20]),  # all wait for the last
+        ([12, 12, 12, 12], [24, 24]),  # three times 12 is more than a wave of 30
+        ([25, 5, 25, 5], [25, 25, 10]),  # full ones do not wait
+        ([5, 5, 5, 25], [25, 15]),
+        ([5, 0, 5, 0], [10]),  # the last to arrive has nobody left, but others wait for it
+        ([0, 0, 0, 3], [3]),
+        ([0, 0, 0, 0], []),
+    ],
+)
+def test_few_paths_wait_to_scatter_together(waves, kept, sizes):
+    """Of each wave of 25 so many are left; at most half of 30 lanes wait. The next bounce has them all."""
+    waves, _ = waves
+    seen: list[int] = []
+    coming, flying = iter(kept), 0
+    for bounce, path, rays in waves.along(range(2)):
+        if bounce == 1:
+            flying += path.size
+            continue
+        for vertices in waves.together(arrived(path, rays, path.slot % 25 < next(coming))):
+            check(vertices)
+            seen.append(vertices.size)
+            waves.go_on(vertices.path, vertices.rays.take(vertices.lanes))
+            vertices.path.pdf = np.zeros(vertices.size, np.float32)
+    assert seen == sizes
+    assert flying == sum(kept)
+
+
+def test_lanes_pixel_by_pixel_are_put_sample_by_sample():
+    """Lane (pixel, sample) → slot (sample, pixel)."""
     unit = Unit(np.arange(6, dtype=np.int32), 0, 4)
-    block, sample, pixel = np.meshgrid(np.arange(3), np.arange(4), np.arange(2), indexing="ij")
-    lanes = (10 * sample + 2 * block + pixel).astype(np.float32).reshape(-1)
+    pixel, sample = np.meshgrid(np.arange(6), np.arange(4), indexing="ij")
+    lanes = (10 * sample + pixel).astype(np.float32).reshape(-1)
     expected = (10 * np.arange(4)[:, None] + np.arange(6)).reshape(-1)
-    np.testing.assert_array_equal(by_sample(unit, 3, lanes), expected)
-    np.testing.assert_array_equal(by_sample(unit, 3, np.stack([lanes] * 3)), [expected] * 3)
+    np.testing.assert_array_equal(by_sample(unit, lanes), expected)
+    np.testing.assert_array_equal(by_sample(unit, np.stack([lanes] * 3)), [expected] * 3)
