@@ -3,15 +3,15 @@
 A lane carries two words of state, so a path may be dropped, moved to another slot, or replayed alone and
 still sees the same numbers. Nothing depends on batch size, thread or order.
 
-`Independent` hashes. `Sobol` walks Joe and Kuo's sequence over the samples of a pixel, each dimension
-Owen-scrambled, and decorrelates pixels by an XOR of each (pixel, dimension): see its docstring. Even and odd
-samples are two such sequences that know nothing of each other, so that their difference shows the error.
+`Independent` hashes. `Sobol` walks Joe and Kuo's first four dimensions over the samples of a pixel, for each
+set of four dimensions in another order, Owen-scrambled, and decorrelates pixels by an XOR of each (pixel,
+dimension): see its docstring. Even and odd samples are two such sequences that know nothing of each other, so
+that their difference shows the error.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from functools import cached_property
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -40,8 +40,7 @@ class Sampler(ABC):
     label: ClassVar[str]
     correlated: ClassVar[bool]
 
-    def __init__(self, seed: int = 0, samples_hint: int = 0) -> None:
-        """`samples_hint`, the samples per pixel to come, only sizes tables; it never changes a number."""
+    def __init__(self, seed: int = 0) -> None:
         self.seed = int(seed)
         self._pixel_seed = np.uint32(hash_words(self.seed, 1))
         self._dimension_keys: dict[int, np.uint32] = {}
@@ -116,12 +115,20 @@ class Independent(Sampler):
 
 
 class Sobol(Sampler):
-    """Sobol' points, Owen-scrambled per dimension, XOR-shifted per pixel and dimension.
+    """Sobol' points, shuffled and Owen-scrambled, XOR-shifted per pixel and dimension.
 
-    The scramble belongs to (seed, dimension), so it is baked into the table and costs nothing per lane;
-    the shift belongs to (pixel, dimension). A shifted nested scramble is again a nested scramble, so each
-    pixel by itself has just the distribution, and the variance, of full Owen scrambling. Given the
-    scramble, pixels are shifted independently and each shift is uniform, so their errors stay uncorrelated.
+    Four dimensions in a row, from a multiple of 4 on, are a set: the first four of the sequence, whose pairs
+    are the best it has, in an order of the set's own (Burley 2020, section 5). Powers of two of points, from
+    4 on, stay together (`sobol.shuffled`), so each set is a net; which of its points meets which of another
+    set's is chance, and what two sets give together is left as with independent numbers. A sequence of
+    hundreds of dimensions has pairs so poor that the error stands still for a hundred samples, here or there.
+
+    Scrambles and orders belong to (seed, dimension or set) and to one of 16 groups, which each pixel is of by
+    chance: they are baked into a table and cost nothing per lane. Were there but one, all pixels would share
+    its luck, and the error of a render would be that of its seed. The shift belongs to (pixel, dimension). A
+    shifted nested scramble is again a nested scramble, so each pixel by itself has just the distribution, and
+    the variance, of full Owen scrambling. Given the scrambles, pixels are shifted independently and each
+    shift is uniform, so their errors stay uncorrelated.
 
     Sample s is point s // 2 of sequence s mod 2. The two have scrambles and shifts of their own, so the means
     of even and of odd samples are independent (given the scrambles, too), and ¼ (A − B)² is an unbiased
@@ -130,32 +137,24 @@ class Sobol(Sampler):
 
     Measured, variance of independent numbers / variance, 16, 64, 256, 1024 samples in a pixel:
 
-        integrand (first dimension)      XOR shift alone       Owen per pixel      this one
-        smooth, 2-D (4)                  23, 190, 800, 3400    55, 260, 170, 4e4   58, 310, 180, 4e4
-        edge, 4-D (4)                    1.5, 1.5, 1.3, 3.8    2.1, 2.5, 4.0, 5.0  2.1, 2.8, 3.5, 5.2
-        disc, 2-D (200: a poor pair)     5.7, 5.2, 1.7, 0.48   5.5, 4.5, 1.4, 1.8  5.4, 4.1, 1.2, 1.7
-        ns per number, 64k lanes         1.9                   5.2                 1.9  (independent 1.5)
-
-    A shift alone keeps the pattern of a poor pair of dimensions in every pixel and can do worse than
-    independent numbers; scrambling per pixel is as good as this one and costs 2.7 times as much.
+        integrand (dimensions)           640 dimensions, one scramble    this one
+        smooth, 2-D (4, 5)               1.3, 50, 150, 2500              15, 150, 1600, 2.2e4
+        disc, 2-D (200, 201)             3.0, 3.9, 2.5, 3.0              2.8, 8.5, 15, 32
+        disc, 2-D of two sets (1, 4)     3.1, 3.1, 13, 33                2.9, 3.2, 3.0, 3.1
+        edge, 4-D (4, 5, 6, 7)           2.6, 2.4, 6.0, 7.5              3.0, 2.9, 5.1, 4.7
+        edge, 4-D of two (0, 1, 4, 5)    3.0, 2.5, 1.1, 6.5              2.9, 3.1, 3.1, 3.2
+        edge, 4-D of two (0, 1, 12, 13)  2.6, 2.8, 3.0, 5.1              2.9, 3.0, 2.9, 3.1
     """
 
     name = "sobol"
     label = "Sobol"
     correlated = True
 
-    def __init__(self, seed: int = 0, samples_hint: int = 0) -> None:
-        super().__init__(seed, samples_hint)
+    def __init__(self, seed: int = 0) -> None:
+        super().__init__(seed)
         self._directions = sobol.direction_numbers()
-        bits = max(samples_hint - 1, 0).bit_length() or MAX_BLOCK_BITS
-        self.block_bits = min(max(bits, MIN_BLOCK_BITS), MAX_BLOCK_BITS)
         # Per dimension the block of samples in use and its table: one assignment, so threads never see half.
         self._blocks: dict[int, tuple[int, UInt32]] = {}
-
-    @property
-    def dimensions(self) -> int:
-        """Dimensions that the sequence has; those beyond are independent."""
-        return len(self._directions)
 
     def state(self, pixel: NDArray[np.integer], sample: NDArray[np.integer]) -> UInt32:
         state = super().state(pixel, sample)
@@ -166,75 +165,66 @@ class Sobol(Sampler):
         return SobolStream(self, state)
 
     def block(self, dimension: int, block: int) -> UInt32:
-        """Scrambled points of samples `block`·2ᵏ … in one dimension: (2ᵏ,), computed when first asked for."""
+        """Points of the block's samples in one dimension, of all groups: (BLOCK · GROUPS,), kept."""
         known = self._blocks.get(dimension)
         if known is not None and known[0] == block:
             return known[1]
-        directions = self._directions[dimension]
-        bits = self.block_bits - 1
-        start = sobol.combine(directions, block << bits)
-        points = sobol.linear_table(directions[:bits]) ^ np.uint32(start)
-        table = np.empty(2 * points.size, np.uint32)
-        for half in range(2):
-            table[half::2] = sobol.owen_scramble(points, self._scramble_seed(dimension, half))
+        sample, group = np.divmod(np.arange(BLOCK * GROUPS, dtype=np.uint32), np.uint32(GROUPS))
+        table = self.points(dimension, sample + np.uint32(block * BLOCK), group)
         self._blocks[dimension] = (block, table)
         return table
 
-    def points(self, dimension: int, index: NDArray[np.intp]) -> UInt32:
-        """The same points for samples far apart (tiny images): three look-ups and the scramble itself."""
-        directions = self._directions[dimension]
-        points = np.zeros(index.size, np.uint32)
-        for first in range(0, sobol.BITS, 11):
-            table = sobol.linear_table(directions[first : first + 11])
-            points ^= table.take((index >> (first + 1)) & (len(table) - 1), mode="clip")
-        for half in range(2):
-            lanes = np.flatnonzero((index & 1) == half)
-            points[lanes] = sobol.owen_scramble(points[lanes], self._scramble_seed(dimension, half))
-        return points
+    def points(self, dimension: int, sample: UInt32, group: UInt32) -> UInt32:
+        """Scrambled points of samples (n,), each in the order and the scramble of its group."""
+        number, column = divmod(dimension, SET)
+        half = sample & np.uint32(1)
+        order = self._seeds(SHUFFLED, number)[half, group]
+        points = sobol.points(self._directions[column], sobol.shuffled(sample >> np.uint32(1), order))
+        return sobol.owen_scramble(points, self._seeds(SCRAMBLED, dimension)[half, group])
 
-    def _scramble_seed(self, dimension: int, half: int) -> int:
-        return hash_words(self.seed, 3, dimension, half)
+    def _seeds(self, purpose: int, number: int) -> UInt32:
+        """(2, GROUPS): of each sequence and group."""
+        words = (self.seed, purpose, number)
+        seeds = [[hash_words(*words, half, group) for group in range(GROUPS)] for half in range(2)]
+        return np.array(seeds, np.uint32)
 
 
 class SobolStream:
     """Look-ups in the dimension's table, or points of their own for samples far apart."""
 
     def __init__(self, sampler: Sobol, state: UInt32) -> None:
-        self._sampler, self._state = sampler, state
-        self._key, sample = state
-        if sample.size == 0:
+        self._sampler = sampler
+        self._key, self._sample = state
+        if self._sample.size == 0:
             return
-        first, last = int(sample.min()), int(sample.max())
-        self._block = first >> sampler.block_bits
-        self._one_block = self._block == last >> sampler.block_bits
-        # take() wants intp; the conversion is shared by all dimensions.
-        mask = np.uint32((1 << sampler.block_bits) - 1)
-        self._index = (sample & mask if self._one_block else sample).astype(np.intp)
-        self._shift, self._scratch, self._points = (np.empty_like(sample) for _ in range(3))
-
-    @cached_property
-    def _beyond(self) -> IndependentStream:
-        """For dimensions that the sequence does not have."""
-        return IndependentStream(self._sampler, self._state)
+        self._block = int(self._sample.min()) // BLOCK
+        self._one_block = self._block == int(self._sample.max()) // BLOCK
+        self._group = self._key >> np.uint32(32 - GROUP_BITS)
+        if self._one_block:
+            # take() wants intp; the conversion is shared by all dimensions.
+            index = (self._sample & np.uint32(BLOCK - 1)) << np.uint32(GROUP_BITS)
+            index |= self._group
+            self._index = index.astype(np.intp)
+        self._shift, self._scratch, self._points = (np.empty_like(self._sample) for _ in range(3))
 
     def fill(self, dimension: int, out: Float32) -> None:
         """The dimension's points, shifted by a hash of (pixel, dimension)."""
         if out.size == 0:
             return
         sampler, points = self._sampler, self._points
-        if dimension >= sampler.dimensions:
-            self._beyond.fill(dimension, out)
-            return
         if self._one_block:
             np.take(sampler.block(dimension, self._block), self._index, out=points, mode="clip")
         else:
-            points = sampler.points(dimension, self._index)
+            points = sampler.points(dimension, self._sample, self._group)
         np.bitwise_xor(self._key, sampler.dimension_key(dimension), out=self._shift)
         lowbias32_inplace(self._shift, self._scratch)
         np.bitwise_xor(points, self._shift, out=points)
         to_unit_interval(points, out)
 
 
-MIN_BLOCK_BITS, MAX_BLOCK_BITS = 6, 11  # tables of 256 bytes to 8 KiB: they stay in the first-level cache
+SET = 4  # dimensions that are stratified together
+GROUP_BITS, BLOCK = 4, 128  # a table of all groups and so many samples is 8 KiB: it stays in the first cache
+GROUPS = 1 << GROUP_BITS
+SCRAMBLED, SHUFFLED = 3, 4  # what seeds are for
 
 SAMPLERS: dict[str, type[Sampler]] = {sampler.name: sampler for sampler in (Sobol, Independent)}

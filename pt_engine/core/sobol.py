@@ -19,9 +19,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from .hashing import lowbias32
+
 UInt32 = NDArray[np.uint32]
 
 BITS = 32
+RUN = 4
+THIRD = 11  # of these bits, rounded up
 _DATA = Path(__file__).with_name("joe_kuo.txt")
 
 
@@ -63,23 +67,40 @@ def linear_table(directions: UInt32) -> UInt32:
 
 def combine(directions: UInt32, index: int) -> int:
     """The point with one `index`, as an integer."""
-    value = 0
-    for k in range(BITS):
-        if (index >> k) & 1:
-            value ^= int(directions[k])
-    return value
+    return int(points(directions, np.array([index], np.uint32))[0])
 
 
-def owen_scramble(x: UInt32, seed: int) -> UInt32:
-    """Nested uniform scramble of 32-bit fractions, new array."""
-    return reverse_bits(_scramble_reversed(reverse_bits(x), seed))
+def points(directions: UInt32, index: UInt32) -> UInt32:
+    """The points with these indices, each by three look-ups: (n,)."""
+    result = np.zeros(index.size, np.uint32)
+    for first in range(0, BITS, THIRD):
+        table = linear_table(directions[first : first + THIRD])
+        result ^= table[(index >> np.uint32(first)) & np.uint32(len(table) - 1)]
+    return result
 
 
-def _scramble_reversed(x: UInt32, seed: int) -> UInt32:
+def owen_scramble(x: UInt32, seed: int | UInt32) -> UInt32:
+    """Nested uniform scramble of 32-bit fractions, new array; one seed, or each its own (n,)."""
+    return reverse_bits(_scramble_reversed(reverse_bits(x), np.asarray(seed, np.uint32)))
+
+
+def shuffled(index: UInt32, seed: UInt32) -> UInt32:
+    """The numbers in another order: runs of `RUN` nested as by Owen's scramble, each in any order within.
+
+    Every 2ᵏ of at least `RUN`, from a multiple of it on, stay 2ᵏ of the sequence: a net.
+    """
+    first = index & ~np.uint32(RUN - 1)
+    own, rank = lowbias32(index ^ seed), np.zeros_like(index)
+    for k in range(RUN):
+        rank += lowbias32((first | np.uint32(k)) ^ seed) < own
+    return owen_scramble(index // np.uint32(RUN), seed) * np.uint32(RUN) + rank
+
+
+def _scramble_reversed(x: UInt32, seed: UInt32) -> UInt32:
     """Each bit changed by a hash of the bits below it: every step only carries upward."""
     x = x ^ (x * np.uint32(0x3D20ADEA))
-    x += np.uint32(seed)
-    x *= np.uint32((seed >> 16) | 1)
+    x += seed
+    x *= (seed >> np.uint32(16)) | np.uint32(1)
     x ^= x * np.uint32(0x05526C56)
     x ^= x * np.uint32(0x53A22864)
     return x

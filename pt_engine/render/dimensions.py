@@ -1,10 +1,11 @@
 """Which random number is used for what.
 
 Every decision has a dimension of its own, so a pixel's sample can be replayed alone and a low-discrepancy
-sequence stays stratified in each decision.
+sequence stays stratified in each decision. Four from a multiple of 4 on are stratified together, the first
+two best (`core.samplers.Sobol`): they are a place on something.
 
     0, 1   pixel filter         2, 3   lens         then per bounce:
-    +0 roulette    +1, +2, +3 emitter: which, where    +4, +5, +6 BSDF: lobe, direction
+    +0, +1 place on an emitter    +2 which    +3 roulette    +4, +5 BSDF: direction    +6 lobe    +7 left over
 """
 
 from __future__ import annotations
@@ -22,8 +23,9 @@ Float32 = NDArray[np.float32]
 UInt32 = NDArray[np.uint32]
 
 CAMERA = 4
-PER_BOUNCE = 7
-SHUTTER = 639  # the last that Sobol has: it is shared with a path's 90th bounce at the earliest
+PER_BOUNCE = 8
+CHOICE_AND_PLACE = (2, 0, 1)  # as emitters and BSDFs take them
+SHUTTER = CAMERA + 7  # what the first bounce leaves
 
 
 class LaneSampler:
@@ -53,8 +55,8 @@ class LaneSampler:
         self._stream.fill(dimension, out)
         return out
 
-    def _uniforms(self, first: int, count: int) -> LazyRows:
-        return LazyRows(lambda k: self._row(first + k), count)
+    def _choice_and_place(self, first: int) -> LazyRows:
+        return LazyRows(lambda k: self._row(first + CHOICE_AND_PLACE[k]), 3)
 
     def pixel(self) -> Float32:
         """(2, N) for the pixel filter."""
@@ -66,12 +68,12 @@ class LaneSampler:
 
     def roulette(self, bounce: int) -> Float32:
         """(N,) to decide which paths go on."""
-        return self._row(CAMERA + PER_BOUNCE * bounce)
+        return self._row(CAMERA + PER_BOUNCE * bounce + 3)
 
     def emitter(self, bounce: int) -> LazyRows:
         """(3, N): which emitter, and where on it."""
-        return self._uniforms(CAMERA + PER_BOUNCE * bounce + 1, 3)
+        return self._choice_and_place(CAMERA + PER_BOUNCE * bounce)
 
     def bsdf(self, bounce: int) -> LazyRows:
         """(3, N): which lobe, and its direction."""
-        return self._uniforms(CAMERA + PER_BOUNCE * bounce + 4, 3)
+        return self._choice_and_place(CAMERA + PER_BOUNCE * bounce + 4)
