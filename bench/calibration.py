@@ -55,7 +55,7 @@ SHORT = {
     "pixels": {"samples": 64, "target_error": 0.4, "target_percentile": 90.0, "min_samples": 4},
     "adaptive": {"samples": 64, "adaptive": True, "min_samples": 4},
 }  # fmt: skip
-FORETOLD_SIZE, FORETOLD_SEEDS = 64, 8
+FORETOLD_SIZE, FORETOLD_SEEDS = 128, 8
 SHORT_SCENE, SHORT_SIZE, SHORT_SEEDS = "rough glass, shining square", 8, 4000
 CONVERGED = 1 << 18  # samples, as many as the short renders together
 
@@ -151,17 +151,21 @@ def error_of_64(name: str, sampler: str = SAMPLERS[0]) -> float:
     return float(np.sqrt(np.mean([errors(im, reference)[1] for im in seeds(name, sampler)["image"]])))
 
 
-def predictions(name: str, sampler: str) -> dict[str, Any]:
+def predictions(name: str, sampler: str, size: int = FORETOLD_SIZE) -> dict[str, Any]:
     """What a larger picture foretells a tenth into the way to half that error, over what it took."""
-    foretold, how = [], {"samples": 16 * SAMPLES, "target_error": error_of_64(name, sampler) / 2}
+    foretold, held = [], []
+    how = {"samples": 16 * SAMPLES, "target_error": error_of_64(name, sampler) / 2}
     for seed in range(2000, 2000 + FORETOLD_SEEDS):
-        result = rendered(name, FORETOLD_SIZE, seed=seed, sampler=sampler, **how)
-        if (early := result.progress.forecast.early) is not None:
-            foretold.append(early.samples * FORETOLD_SIZE**2 / result.progress.camera_samples)
+        result = rendered(name, size, seed=seed, sampler=sampler, **how)
+        taken = result.progress.camera_samples / size**2
+        if (early := result.progress.forecast.early(taken)) is not None:
+            foretold.append(early.samples / taken)
+            held.append(early.samples_ci95[0] <= taken <= early.samples_ci95[1])
     return {
         "number": len(foretold),
         "within": float(np.mean(np.abs(np.array(foretold) - 1) < 0.2)),
         "foretold": [float(x) for x in np.quantile(foretold, (0.05, 0.5, 0.95))],
+        "held": float(np.mean(held)),
     }
 
 

@@ -46,6 +46,7 @@ Z95 = 1.959964
 FLOOR = 0.01  # of the squared mean, in relMSE
 WORTH_TELLING = 1.5  # of `fireflies`
 NAMES = ("mse", "relmse", "rmse")
+OTHERS = ("fireflies", "stratified")
 
 
 class _Tally:
@@ -71,7 +72,10 @@ class _Tally:
 
 
 def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
-    """`mse`, `relmse`, `rmse` and each's `_ci95`, and `fireflies`; None where no pixel's variance is known.
+    """`mse`, `relmse`, `rmse` and each's `_ci95`, `fireflies`, and `stratified`: what stratification left.
+
+    None where no pixel's variance is known. The last is relMSE over what independent samples of the same
+    spread would have, 1 for those.
 
     Parameters
     ----------
@@ -81,7 +85,7 @@ def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
         Of the whole image, over pixels and channels.
     """
     absolute, relative, by_median = _Tally(), _Tally(), _Tally()
-    floor = FLOOR * mean**2
+    floor, independent = FLOOR * mean**2, 0.0
     for block in blocks:
         finite = np.isfinite(block.variance[0])
         known = block if finite.all() else block.of(np.flatnonzero(finite))
@@ -89,8 +93,9 @@ def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
         for tally, level in ((relative, known.level), (by_median, known.level_by_median)):
             weight = weights(level, floor)
             tally.add((known.variance * weight).mean(axis=0), known.spread * weight.mean(axis=0), known)
+            independent += float((known.independent * weight.mean(axis=0)).sum())
     if not absolute.pixels:
-        return dict.fromkeys([key for name in NAMES for key in (name, f"{name}_ci95")] + ["fireflies"])
+        return dict.fromkeys([key for name in NAMES for key in (name, f"{name}_ci95")] + list(OTHERS))
     mse, mse_ci95 = _with_interval(*absolute.result())
     (first, first_width), (second, second_width) = relative.result(), by_median.result()
     doubt = float(np.log(max(first, second) / min(first, second))) if first > 0 else 0.0
@@ -104,6 +109,7 @@ def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
         "rmse": float(np.sqrt(mse)),
         "rmse_ci95": (float(np.sqrt(mse_ci95[0])), float(np.sqrt(mse_ci95[1]))),
         "fireflies": float(np.exp(doubt)),
+        "stratified": (relative.total + by_median.total) / independent if independent > 0 else 1.0,
     }
 
 

@@ -48,10 +48,11 @@ class Moments(NamedTuple):
     samples : (n,) uint32
     parts : (n,) uint32
         Independent values behind each variance: the samples, or 2 halves.
+    independent : (n,) float64
+        s²/n, mean over channels: what the variance of independent samples would be.
     spread : (n,) float64
-        s²/n, mean over channels: what the variance of independent samples would be. Less noisy than
-        `variance` where that comes from halves, and then, where neighbours were asked, times what
-        stratification gained around.
+        The same, less noisy than `variance` where that comes from halves; and then, where neighbours were
+        asked, times what stratification gained around.
     level, level_by_median : (3, n) float64
         The radiance that errors are relative to: the mean, or where neighbours were asked, less noisy; they
         are asked in two ways (see `film_noise.levels`).
@@ -61,6 +62,7 @@ class Moments(NamedTuple):
     variance: Float64
     samples: UInt32
     parts: UInt32
+    independent: Float64
     spread: Float64
     level: Float64
     level_by_median: Float64
@@ -80,9 +82,9 @@ def moments_of(sums: Sums) -> Moments:
     spread = variance.sum(axis=0) / 3
     if sums.correlated:
         halves = np.full_like(sums.samples, 2)
-        return Moments(mean, half_variance(sums), sums.samples, halves, spread, mean, mean)
+        return Moments(mean, half_variance(sums), sums.samples, halves, spread, spread, mean, mean)
     variance[:, sums.samples < 2] = np.nan
-    return Moments(mean, variance, sums.samples, sums.samples, spread, mean, mean)
+    return Moments(mean, variance, sums.samples, sums.samples, spread, spread, mean, mean)
 
 
 def sample_variance(sums: Sums, mean: Float64) -> Float64:

@@ -51,7 +51,7 @@ def statistics(
         "ledger": ledger.books(scene) if ledger else None,
         "error": result.error(),
         "stopped_by": result.stopped_by,
-        "prediction": foretold(progress.forecast.early or progress.forecast.latest),
+        "prediction": foretold(progress.forecast.early(progress.camera_samples / progress.film.pixels)),
         "error_history": [
             [look.samples, look.seconds, look.relmse**0.5] for look in progress.forecast.history
         ],

@@ -55,5 +55,5 @@ def test_a_target_error_ends_the_render(kind):
 
 
 def test_a_prediction_in_words():
-    found = Prediction(0.01, 190.0, (170.0, 220.0), 400.0, 40.0, None)
+    found = Prediction(0.01, 190.0, (170.0, 220.0), 400.0, (360.0, 440.0), 40.0, None)
     assert words.prediction(found) == "reaches 1 % in 3:10 (2:50 to 3:40)"
