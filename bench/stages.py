@@ -37,7 +37,7 @@ from .wrapping import wrapped
 
 
 class Pass:
-    """A scene ready for repeated passes over its image, eight samples per pixel each."""
+    """A scene ready for repeated passes over its image, of as many samples per pixel as passes have."""
 
     def __init__(self, blend: Path, sampler: str, lanes: int = RenderSettings.lanes) -> None:
         frame = FRAMES[blend.stem]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import time
 from dataclasses import replace
 from itertools import chain
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -19,6 +21,8 @@ from ..scene.another_view import through
 from ..scene.memory import snapshot_bytes
 from ..scene.prepare import prepare
 from . import passes
+from .cli.failure import Failure
+from .cli.places import check_writable
 from .export import export_scene
 from .nonfinite import add_commands, headline, lines
 from .picture import Picture
@@ -36,6 +40,7 @@ def final_render(engine, depsgraph) -> None:
     started = time.perf_counter()
     scene = depsgraph.scene_eval
     record = record_of(engine, scene)
+    told_to = statistics_file(scene)
     settings = settings_of(scene, engine.resolution_x, engine.resolution_y)
     settings = replace(settings, half_buffers=passes.wants_halves(depsgraph.view_layer_eval))
     films = passes.films(depsgraph.view_layer_eval)
@@ -55,8 +60,22 @@ def final_render(engine, depsgraph) -> None:
         layer = depsgraph.view_layer_eval.name
         record.layers[f"{layer}, {view}" if view else layer] = stats
         started, exported = time.perf_counter(), 0.0  # the one export is part of the first view's time
-    if scene.pt_engine.stats_path:
-        write_json(bpy.path.abspath(scene.pt_engine.stats_path), record.statistics())
+    if told_to:
+        write_json(told_to, record.statistics())
+
+
+def statistics_file(scene) -> Path | None:
+    """Where statistics are wanted, the frame's number for `####`; refused before the render if in vain."""
+    if not scene.pt_engine.stats_path:
+        return None
+    path = Path(bpy.path.abspath(scene.pt_engine.stats_path))
+    frame = scene.frame_current
+    path = path.with_name(re.sub("#+", lambda run: f"{frame:0{len(run[0])}}", path.name))
+    try:
+        check_writable(path)
+    except Failure as failure:
+        raise Refusal(f"statistics: {failure}") from failure
+    return path
 
 
 def prepared_views(engine, depsgraph, snapshot, settings, films: int):

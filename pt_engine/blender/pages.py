@@ -6,6 +6,7 @@ import shlex
 import tempfile
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -15,7 +16,16 @@ from .cli.failure import Failure
 from .cli.output import save_png
 from .nonfinite import settings_words
 
-IMAGE_SETTINGS = ("media_type", "file_format", "color_mode", "color_depth", "compression", "color_management")
+BY_THE_CLOCK = "time", "cancelled"
+IMAGE_SETTINGS = (
+    "media_type",
+    "file_format",
+    "color_mode",
+    "color_depth",
+    "compression",
+    "color_management",
+    "views_format",
+)
 
 
 def write_page(path: Path, scene, record, statistics, error) -> None:
@@ -33,14 +43,12 @@ def write_page(path: Path, scene, record, statistics, error) -> None:
 
 
 def shown(scene, has_holes: bool) -> bytes | None:
-    """The render result as Blender shows it, a PNG's bytes; None where there is none."""
+    """The render result as Blender shows it (its first view), a PNG's bytes; None where there is none."""
     with tempfile.TemporaryDirectory(prefix="pt_engine") as folder, unchanged(scene.render.image_settings):
-        file = Path(folder) / "picture.png"
         try:
-            save_png(file, scene, has_holes)
+            return save_png(Path(folder) / "picture.png", scene, has_holes)[0].read_bytes()
         except Failure:
             return None
-        return file.read_bytes()
 
 
 @contextmanager
@@ -58,5 +66,16 @@ def command_of(statistics) -> str:
     """The command line that renders it again; the view layer is the first that was rendered."""
     settings = RenderSettings(**statistics["settings"])
     words = ["python", "-m", "pt_engine", "render", bpy.data.filepath or "FILE.blend", "-o", "OUT.exr"]
-    words += ["--samples", str(statistics["samples"])]
-    return shlex.join([*words, *settings_words(settings, statistics["frame"], statistics["view_layer"])])
+    words += settings_words(settings, statistics["frame"], statistics["view_layer"])
+    for name, value in limits(settings, statistics).items():
+        words += ["--set", f"{name}={value}"]
+    return shlex.join(words)
+
+
+def limits(settings: RenderSettings, statistics) -> dict[str, Any]:
+    """What makes it end at the same samples again: what ended it, or their number if that was the clock."""
+    if statistics["stopped_by"] in BY_THE_CLOCK:
+        return {"samples": statistics["samples"], "seconds": 0, "target_error": 0, "adaptive": False}
+    found = {name: getattr(settings, name) for name in ("samples", "target_error", "min_samples", "adaptive")}
+    found |= {"seconds": 0, "target_of": "PIXELS" if settings.target_percentile else "IMAGE"}
+    return found | ({"target_percentile": settings.target_percentile} if settings.target_percentile else {})

@@ -6,6 +6,7 @@ import bpy
 
 from .compatibility import ENGINE
 from .record import Session
+from .settings import adapts
 from .words import count, duration, estimated_error
 from .wrapping import listing
 
@@ -136,8 +137,10 @@ def is_active(scene, prop: str) -> bool:
         return scene.pt_engine.target_error > 0
     if prop == "target_percentile":
         return scene.pt_engine.target_error > 0 and scene.pt_engine.target_of == "PIXELS"
+    if prop == "adaptive":
+        return adapts(scene.pt_engine)
     if prop == "min_samples":
-        return scene.pt_engine.target_error > 0 or scene.pt_engine.adaptive
+        return scene.pt_engine.target_error > 0 or (scene.pt_engine.adaptive and adapts(scene.pt_engine))
     if prop == "rolling_shutter_duration" and scene.cycles.rolling_shutter_type == "NONE":
         return False
     if prop.startswith(("motion_blur", "rolling_shutter")):

@@ -216,7 +216,7 @@ class PTEngineSettings(bpy.types.PropertyGroup):
     )
     stats_path: StringProperty(
         name="Statistics File",
-        description="Write the render's statistics to this file, as JSON",
+        description="Write the render's statistics to this file, as JSON; #### stands for the frame",
         subtype="FILE_PATH",
     )
     python_files: StringProperty(

@@ -11,6 +11,7 @@ import traceback
 from contextlib import contextmanager
 
 from ..scene.memory import TooLarge
+from ..textures.oiio import MissingOpenImageIO
 from .export import ExportError
 
 
@@ -18,7 +19,7 @@ class Refusal(RuntimeError):
     """The engine won't render this, and why: a message for the user, not a defect of the engine."""
 
 
-EXPECTED = Refusal, ExportError, TooLarge  # their text says it all
+EXPECTED = Refusal, ExportError, TooLarge, MissingOpenImageIO  # their text says it all
 
 
 @contextmanager
@@ -35,7 +36,7 @@ def reported_to(engine, on_failure=lambda message: None):
         yield
     except BaseException as error:
         message = message_of(error)
-        if not isinstance(error, EXPECTED):
+        if not isinstance(error, (*EXPECTED, KeyboardInterrupt)):
             traceback.print_exc(file=sys.stderr)
         on_failure(message)
         engine.error_set(message)

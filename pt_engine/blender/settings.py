@@ -28,7 +28,7 @@ def settings_of(scene, width: int, height: int) -> RenderSettings:
         target_error=own.target_error,
         target_percentile=own.target_percentile if own.target_of == "PIXELS" else 0.0,
         min_samples=own.min_samples,
-        adaptive=own.adaptive and (own.samples > 0 or own.target_error > 0),
+        adaptive=own.adaptive and adapts(own),
         seed=own.seed,
         threads=scene.render.threads if scene.render.threads_mode == "FIXED" else 0,
         integrator=integrator(own),
@@ -47,6 +47,11 @@ def settings_of(scene, width: int, height: int) -> RenderSettings:
 def endless(own) -> bool:
     """Whether nothing ends the render."""
     return own.samples == 0 and own.seconds == 0 and own.target_error == 0
+
+
+def adapts(own) -> bool:
+    """Whether adaptive sampling knows how many samples a noisy pixel may get."""
+    return own.samples > 0 or own.target_error > 0
 
 
 def integrator(own) -> str:

@@ -39,7 +39,7 @@ def explain(
     listing = Listing(batch, number, call_of, reader.tracing.trace)
     mates = [graphs[m].name for m in batch.materials if m != number]
     return [
-        f"Material {graphs[number].name}: {len(graphs[number].nodes)} nodes, {len(steps)} steps",
+        f"Material {graphs[number].name}: nodes: {len(graphs[number].nodes)}, steps: {len(steps)}",
         "",
         f"Batch: {', '.join(['alone', *mates][bool(mates) :])}",
         f"Reads of each lane: {', '.join(sorted(batch.needs)) or 'nothing by name'}",

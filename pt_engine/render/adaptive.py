@@ -67,7 +67,8 @@ def samples_for_noise(noise: Float64, settings: RenderSettings) -> Float64:
         return noise**2 / settings.target_error**2
     if settings.target_error:
         return noise * (noise.mean() / settings.target_error**2)
-    return noise * (settings.samples / max(float(np.percentile(noise, 99)), np.finfo(float).tiny))
+    most = max(float(np.percentile(noise, 99)), 1e-9 * float(np.max(noise)))
+    return noise * (settings.samples / most if most > 0 else 0.0)
 
 
 def noise_around(film: Film, quarter: Quarter) -> Float64:

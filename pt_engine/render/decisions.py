@@ -22,11 +22,12 @@ from numpy.typing import NDArray
 from ..core.clock import stage
 from .adaptive import RING, Quarter, looks, quarter_relmse, quarter_variance, wanted_samples
 from .film import Film
-from .schedule import LARGEST_PASS, Decide, Step
+from .schedule import Decide, Step
 from .settings import RenderSettings
 
 LEAST = 4  # samples before anything can be decided
 GROWTH = 0.25  # of the samples, between two moments when pixels may end
+STEP = 8  # samples, at least, between two such moments
 
 
 def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) -> Decide | None:
@@ -44,7 +45,7 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
         nonlocal active, look, wanted
         if done < least:
             return Step(least - done, active)
-        more = settings.samples or LARGEST_PASS
+        more = settings.samples or STEP
         if settings.target_error:
             for quarter in [q for q, when in asked.items() if when <= done]:
                 asked[quarter] = next_question(film, settings, done, witnesses[quarter])
@@ -57,7 +58,7 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
                 wanted = wanted_samples(film, settings)
                 look = next((float(n) for n in coming if n > done), np.inf)
             active = active[wanted[active] > done]
-            more = int(min(more, max(LARGEST_PASS, int(done * GROWTH)), look - done))
+            more = int(min(more, max(STEP, int(done * GROWTH)), look - done))
         return Step(max(0, more), active)
 
     return decide

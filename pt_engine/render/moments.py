@@ -41,7 +41,7 @@ from ..core.samplers import Sampler
 from ..scene.scene import Scene
 from ..scene.slices import Slices
 from .dimensions import SHUTTER
-from .schedule import LARGEST_PASS, Unit
+from .schedule import Unit
 from .settings import RenderSettings
 
 UInt32 = NDArray[np.uint32]
@@ -49,6 +49,7 @@ Pixels = NDArray[np.int32]
 Value = TypeVar("Value")
 
 MOST_CROWDS = 16
+LONGEST_RUN = 8  # samples
 FEWEST_LANES = 1 << 15  # a wavefront of fewer is slow
 CHEAP = 4  # times the triangles that move: as many pixels make what a slice builds a small part of its time
 
@@ -95,11 +96,11 @@ class Moments:
     ) -> None:
         pixels, triangles = settings.width * settings.height, slices.triangles
         self._rolls = slices.exposure < 1
-        self.crowds, self.run = (settings.height, LARGEST_PASS // 2) if self._rolls else (1, 1)
+        self.crowds, self.run = (settings.height, LONGEST_RUN // 2) if self._rolls else (1, 1)
         most = 1 if self._rolls else MOST_CROWDS
         while self.crowds < most and 2 * self.crowds * max(FEWEST_LANES, CHEAP * triangles) <= pixels:
             self.crowds *= 2
-        while self.run < LARGEST_PASS and pixels * self.run < triangles:
+        while self.run < LONGEST_RUN and pixels * self.run < triangles:
             self.run *= 2
         self.block = 2 * self.run if self.run > 1 else 1
         self._slices, self._settings, self._sampler, self._seen = slices, settings, sampler, seen

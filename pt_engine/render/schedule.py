@@ -37,8 +37,8 @@ class Step(NamedTuple):
 
 Decide = Callable[[int], Step]
 WAIT = None  # in place of a unit: go on when everything before is in the film
-WAVES = 4  # wavefronts of a unit, at most; its pixels are a multiple of it, to be dealt to them
-LARGEST_PASS = 8  # samples: more gains nothing, and a unit of few pixels has incoherent neighbours
+WAVES = 4  # wavefronts of a unit, at most
+LARGEST_PASS = 16  # samples: the more, the less of the scene a unit sees, but pixels are uneven for longer
 
 
 def units(
@@ -84,10 +84,9 @@ def units(
 
 
 def even_share(pixels: int, most: int) -> int:
-    """How many at a time, at most `most`, so that all times are alike; `WAVES` where there is room for it."""
-    even = WAVES if most >= WAVES else 1
-    times = max(1, -(-pixels // (most - most % even)))
-    return max(1, -(-pixels // (times * even)) * even)
+    """How many at a time, at most `most`, so that all times are alike."""
+    times = max(1, -(-pixels // most))
+    return max(1, -(-pixels // times))
 
 
 def unit_lanes(settings: RenderSettings, waves: int) -> int:

@@ -10,7 +10,7 @@ from typing import Any
 from ..render.settings import RenderSettings
 from ..render.stats import versions
 from ..scene.scene import Scene
-from .contenders import BASE, Contender, adaptive, contenders
+from .contenders import ADAPTIVE, BASE, Contender, adaptive, contenders
 from .errors import bias, relative_mse
 from .fits import Estimate, at, geometric_mean_of, mean_of, slope
 from .reference import Reference
@@ -49,8 +49,8 @@ def compare(
     for number, contender in enumerate(everyone):
         tell(f"{number + 1}/{len(everyone)} {contender.name}")
         measured.append(measure(contender, reference.picture, seconds, seeds))
-    if not only or any(word in "adaptive" for word in only):
-        tell("adaptive")
+    if not only or any(word in ADAPTIVE for word in only):
+        tell(ADAPTIVE)
         most = max(points[-1].samples for points in measured[0].points)
         measured.append(measure(adaptive(everyone[0], most), reference.picture, seconds, seeds))
     samples = min(points[-1].samples for runs in measured for points in runs.points)

@@ -16,7 +16,7 @@ from ..render.integrator import INTEGRATORS
 from ..render.settings import RenderSettings
 from ..scene.scene import Scene
 
-BASE = "as set"
+BASE, ADAPTIVE = "as set", "adaptive"
 NO_ESTIMATOR = ("normals",)  # pictures of something else
 ONE_BOUNCE = ("direct_bsdf", "direct_emitter", "direct_mis")
 
@@ -39,12 +39,21 @@ class Contender:
 
 def contenders(scene: Scene, settings: RenderSettings, only: tuple[str, ...] = ()) -> list[Contender]:
     """All that make sense here; `only` keeps those whose name contains one of its words, and the base."""
-    base = Contender(BASE, settings, scene)
+    everyone = _everyone(Contender(BASE, settings, scene))
+    return [c for c in everyone if c.name == BASE or not only or any(word in c.name for word in only)]
+
+
+def names(scene: Scene, settings: RenderSettings) -> list[str]:
+    """Of all that are compared here."""
+    return [*(contender.name for contender in _everyone(Contender(BASE, settings, scene))), ADAPTIVE]
+
+
+def _everyone(base: Contender) -> list[Contender]:
+    """Those that are the same under two names have the first."""
     everyone = [base, *_ladder(base), *_samplers(base), *_roulette(base), *_depths(base)]
     everyone += [*_lights(base), *_clamping(base)]
     unlike = {(c.settings, id(c.scene)): c for c in reversed(everyone)}
-    kept = [c for c in everyone if unlike[c.settings, id(c.scene)] is c]
-    return [c for c in kept if c is base or not only or any(word in c.name for word in only)]
+    return [c for c in everyone if unlike[c.settings, id(c.scene)] is c]
 
 
 def _changed(base: Contender, name: str, **more: object) -> Contender:
@@ -80,7 +89,7 @@ def _depths(base: Contender) -> Iterator[Contender]:
 
 def adaptive(base: Contender, samples: float) -> Contender:
     """Samples where the noise is: up to four times as many as the base takes everywhere."""
-    return _changed(base, "adaptive", adaptive=True, samples=max(64, round(4 * samples)))
+    return _changed(base, ADAPTIVE, adaptive=True, samples=max(64, round(4 * samples)))
 
 
 def _lights(base: Contender) -> Iterator[Contender]:

@@ -192,6 +192,11 @@ def feature_off(*names: str) -> Callable[..., str]:
     return missing
 
 
+def no_volumes(snapshot: Snapshot, scene: Scene, settings: RenderSettings) -> str:
+    """The engine clears them of what is in them, so that they cost nothing wherever they are."""
+    return no_change(without_volume, NO_MATERIAL)(snapshot, scene, settings) or "volumes are not rendered yet"
+
+
 def of_snapshot(
     change: Callable[[Snapshot], Snapshot],
 ) -> Callable[[Snapshot, RenderSettings], tuple[Snapshot, RenderSettings]]:
@@ -242,6 +247,6 @@ EFFECTS = (
     ),
     Effect("transparency", feature_off("transparent surfaces"), of_materials(opaque)),
     Effect("bump and displacement", no_change(undisplaced, NO_MATERIAL), of_materials(undisplaced)),
-    Effect("volumes", no_change(without_volume, NO_MATERIAL), of_materials(without_volume)),
+    Effect("volumes", no_volumes, of_materials(without_volume)),
     *(shorter(depth) for depth in ORDINALS),
 )

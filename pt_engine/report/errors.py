@@ -7,7 +7,8 @@ With x an image, R the reference and v_R the variance that is known of R's own n
     bias   = mean over pixels of x̄ − R           x̄ the mean over runs; in parts of the reference's mean
     z      = bias / √(variance of the means of x̄ and of R)
 
-A local bias can hide in the mean: `worst` is the largest |z| of 6 × 4 cells, corrected for their number.
+A local bias can hide in the mean: `worst` is the largest |z| of 6 × 4 cells, and p is corrected for their
+number. Pixels whose noise nobody knows (of a single sample) have no say in any z.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from .fits import two_sided_p
 
 Float64 = NDArray[np.float64]
-CELLS = (4, 6)
+CELLS, LEAST = (4, 6), 8  # rows and columns, of so many pixels at least: fewer do not know their own noise
 BIASED = 1e-4  # chance at which an unbiased estimator is called biased
 
 
@@ -33,10 +34,11 @@ class Picture(NamedTuple):
 
 
 class Bias(NamedTuple):
-    """Of a mean image: part of the reference's energy, z of the mean, and the smallest corrected p."""
+    """Of a mean image: part of the reference's energy, z of the mean, largest z of a cell, corrected p."""
 
     relative: float
     z: float
+    worst: float
     p: float
 
     @property
@@ -49,8 +51,13 @@ def squared_error(image: Float64, reference: Picture) -> Float64:
     """(height, width) mean over channels; single pixels may be negative where the reference has noise."""
     squared: Float64 = ((image - reference.mean) ** 2).mean(axis=2)
     if reference.variance is not None:
-        squared -= np.nan_to_num(reference.variance).mean(axis=2)
+        squared -= known(reference.variance).mean(axis=2)
     return squared
+
+
+def known(variance: Float64) -> Float64:
+    """A variance, 0 where it is not known."""
+    return np.where(np.isfinite(variance), variance, 0.0)
 
 
 def mse(image: Float64, reference: Picture) -> float:
@@ -63,7 +70,7 @@ def relative_mse(image: Float64, reference: Picture) -> float:
     r = reference.mean
     squared = (image - r) ** 2
     if reference.variance is not None:
-        squared -= np.nan_to_num(reference.variance)
+        squared -= known(reference.variance)
     scale = r**2 + 0.01 * r.mean() ** 2
     return max(0.0, float((squared / (scale + (scale == 0))).mean()))
 
@@ -74,27 +81,32 @@ def bias(image: Picture, reference: Picture) -> Bias:
     variance = np.zeros_like(difference)
     for picture in (image, reference):
         if picture.variance is not None:
-            variance += np.nan_to_num(picture.variance)
+            variance += picture.variance
     total = float(reference.mean.mean())
     relative = float(difference.mean()) / (total or 1.0)
     z = float(z_scores(difference, variance, (1, 1), total)[0, 0])
     cells = z_scores(difference, variance, CELLS, total)
-    p = min(two_sided_p(z), two_sided_p(float(np.abs(cells).max())))
-    return Bias(relative, z, -math.expm1((cells.size + 1) * math.log1p(-min(p, 1 - 1e-12))))
+    worst = max(cells.ravel().tolist(), key=abs)
+    p = min(two_sided_p(z), two_sided_p(worst))
+    return Bias(relative, z, worst, -math.expm1((cells.size + 1) * math.log1p(-min(p, 1 - 1e-12))))
 
 
 def z_scores(difference: Float64, variance: Float64, cells: tuple[int, int], scale: float) -> Float64:
-    """(rows, columns) of a grid of cells: mean difference over its standard error.
+    """(rows, columns) of a grid of cells: mean difference over its standard error, 0 where nothing is known.
 
     What float32 rounds, 10⁻⁵ of the mean, is no difference.
     """
-    rows, columns = (min(n, size) for n, size in zip(cells, difference.shape[:2], strict=True))
+    told = np.isfinite(variance).all(axis=2)
+    rows, columns = (
+        min(n, max(1, size // LEAST)) for n, size in zip(cells, difference.shape[:2], strict=True)
+    )
     z = np.zeros((rows, columns))
     for i, part in enumerate(np.array_split(np.arange(difference.shape[0]), rows)):
         for j, across in enumerate(np.array_split(np.arange(difference.shape[1]), columns)):
             where = np.ix_(part, across)
             # channels share their noise: the mean of three has at most the mean of their variances
-            d, v = difference[where].mean(axis=2), variance[where].mean(axis=2)
-            error = math.sqrt(float(v.sum())) / v.size
-            z[i, j] = float(d.mean()) / math.hypot(error, 1e-5 * abs(scale), 1e-30)
+            d, v = (part[where][told[where]].mean(axis=1) for part in (difference, variance))
+            if v.size:
+                error = math.sqrt(float(v.sum())) / v.size
+                z[i, j] = float(d.mean()) / math.hypot(error, 1e-5 * abs(scale), 1e-30)
     return z

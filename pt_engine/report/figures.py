@@ -70,10 +70,10 @@ def curves(name: str, lines: Mapping[str, Sequence[Mapping[str, float]]], along:
                 axes.fill_between(x, low, high, color=colour, alpha=0.13, linewidth=0)
         errors = [p["mse"] for points in lines.values() for p in points if p["mse"] > 0]
         axes.set(xscale="log", yscale="log", xlabel=AXES[along], ylabel="mean squared error")
+        plain_ticks(axes.xaxis)
         if errors:
             axes.set_ylim(min(errors) / 3, 3 * max(errors))
-        plain_ticks(axes.xaxis)
-        axes.figure.legend(loc="outside lower center", ncols=2)
+            axes.figure.legend(loc="outside lower center", ncols=2)
     return made.svg
 
 

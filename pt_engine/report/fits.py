@@ -20,6 +20,9 @@ T975 = (
 )
 
 
+ZERO, TINIEST = 1e-300, 1e-150  # what stands for 0 on log axes, and what is drawn there by it
+
+
 class Estimate(NamedTuple):
     """A number and the interval that holds it with a chance of 95 %; NaN ends where nothing is known."""
 
@@ -63,9 +66,10 @@ def slope(x: Sequence[float], y: Sequence[float]) -> float:
 
 
 def at(x: float, known_x: Sequence[float], known_y: Sequence[float]) -> float:
-    """y at x, between known points on log axes; the last beyond them."""
-    positive: NDArray[np.float64] = np.maximum(np.asarray(known_y, np.float64), 1e-300)
-    return float(np.exp(np.interp(math.log(x), np.log(known_x), np.log(positive))))
+    """y at x, between known points on log axes; the last beyond them; 0 where one of the two is 0."""
+    positive: NDArray[np.float64] = np.maximum(np.asarray(known_y, np.float64), ZERO)
+    found = float(np.exp(np.interp(math.log(x), np.log(known_x), np.log(positive))))
+    return found if found > TINIEST else 0.0
 
 
 def two_sided_p(z: float) -> float:

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from ..textures.channels import channels_of
 from .errors import Picture, bias, mse, relative_mse
 from .optional import MissingPackage, optional
+from .tables import plural
 
 Float32 = NDArray[np.float32]
 NOISE = "Standard Error"  # the pass that PT Engine writes
 
 
 def picture_of(path: Path) -> Picture:
-    """Colour and, where a pass *Standard Error* is in the file, the noise's variance; top row first.
+    """Colour and, where a pass *Standard Error* tells it, the noise's variance; top row first.
 
     Raises
     ------
@@ -32,10 +33,10 @@ def picture_of(path: Path) -> Picture:
     error = triple(channels, NOISE)
     mean = np.stack(colour, axis=-1).astype(np.float64)
     if not np.isfinite(mean).all():
-        raise ValueError(
-            f"{path} has {int((~np.isfinite(mean)).any(axis=2).sum())} pixels that are not finite"
-        )
-    return Picture(mean, None if error is None else np.stack(error, axis=-1).astype(np.float64) ** 2)
+        bad = int((~np.isfinite(mean)).any(axis=2).sum())
+        raise ValueError(f"{path} has {plural(bad, 'pixel')} with numbers that are not finite")
+    noise = None if error is None else np.stack(error, axis=-1).astype(np.float64) ** 2
+    return Picture(mean, noise if noise is not None and np.isfinite(noise).any() else None)
 
 
 def triple(channels: Mapping[str, Float32], layer: str) -> tuple[Float32, ...] | None:
@@ -105,7 +106,7 @@ def lines(found: Mapping[str, Any]) -> list[str]:
         else f"  FLIP    {found['flip_missing']}",
     ]
     if found["z"] is None:
-        text.append(f"  z-test  none: neither file has a pass {NOISE}")
+        text.append(f"  z-test  none: neither file has a pass {NOISE} that knows it")
     else:
         verdict = "they differ by more than noise" if found["p"] < 1e-3 else "they differ as noise does"
         text.append(f"  z-test  z = {found['z']:.2f}, p = {found['p']:.2g}: {verdict}")

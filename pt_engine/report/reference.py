@@ -37,7 +37,6 @@ class Reference:
     picture: Picture
     origin: str
     error: float | None  # relative RMS of its own noise, None where nobody knows
-    film: Film | None = None
 
 
 def given(path: Path, width: int, height: int) -> Reference:
@@ -79,9 +78,8 @@ def made(
     origin = f"path tracing, {samples} independent samples" + (
         ", continued from a kept film" if found else ""
     )
-    return Reference(
-        Picture(colours(film.image()), film.variance_of_mean()), origin, relative_error(film), film
-    )
+    picture = Picture(colours(film.image()), film.variance_of_mean())
+    return Reference(picture, origin, relative_error(film))
 
 
 def of_reference(settings: RenderSettings) -> RenderSettings:

@@ -41,13 +41,11 @@ class Runs:
         Of each run, at samples that double, and at its end.
     mean : Picture
         Mean image of all runs, and the variance of its noise as the samples themselves tell it.
-    rays : int
     """
 
     contender: Contender
     points: list[list[Point]] = field(default_factory=list)
     mean: Picture = NOTHING
-    rays: int = 0
 
 
 def measure(contender: Contender, reference: Picture, seconds: float, seeds: int) -> Runs:
@@ -62,8 +60,7 @@ def measure(contender: Contender, reference: Picture, seconds: float, seeds: int
         runs.points.append(watch.finish(result.progress))
         images.append(colours(result.image()))
         variances.append(result.film.variance_of_mean())
-        runs.rays += sum(result.progress.rays.values())
-    runs.mean = Picture(np.mean(images, axis=0), np.sum(np.nan_to_num(variances), axis=0) / seeds**2)
+    runs.mean = Picture(np.mean(images, axis=0), np.sum(variances, axis=0) / seeds**2)
     return runs
 
 
@@ -100,8 +97,8 @@ class Watch:
             self._next = progress.samples * 2
 
     def should_stop(self) -> bool:
-        """Whether the time is used up; the first sample is always taken."""
-        return bool(self._points) and self.seconds >= self._budget
+        """Whether the time is used up; two samples are always taken, since one knows nothing of its noise."""
+        return bool(self._points) and self._points[-1].samples >= 2 and self.seconds >= self._budget
 
     def _note(self, progress: Progress) -> None:
         seconds, before = self.seconds, time.process_time()

@@ -36,7 +36,7 @@ def comparison_lines(result: Mapping[str, Any]) -> list[str]:
     noise = f", its own error {known:.2%} relative RMS" if known is not None and math.isfinite(known) else ""
     lines = [
         f"Reference: {reference['origin']}{noise}",
-        f"Each: {result['seeds']} runs of {result['seconds']:g} core seconds; "
+        f"Each: {plural(result['seeds'], 'run')} of {result['seconds']:g} core seconds; "
         f"equal samples: {result['samples']:.3g} per pixel; ± is a 95 % interval",
         "",
         *table(COMPARED, (comparison_cells(row) for row in result["rows"])),
@@ -48,9 +48,12 @@ def comparison_lines(result: Mapping[str, Any]) -> list[str]:
 
 def unknown_from(seeds: int) -> str:
     """What `±?` means."""
-    return (
-        f"{UNKNOWN}: not known from {seeds} seed{'s' if seeds > 1 else ''}; more of them (--seeds) would tell"
-    )
+    return f"{UNKNOWN}: not known from {plural(seeds, 'seed')}; more of them (--seeds) would tell"
+
+
+def plural(number: int, what: str) -> str:
+    """`1 seed`, `2 seeds`."""
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
 def comparison_cells(row: Mapping[str, Any]) -> list[str]:
@@ -68,8 +71,10 @@ def comparison_cells(row: Mapping[str, Any]) -> list[str]:
 
 
 def with_factor(estimate: Mapping[str, float]) -> str:
-    """`1.2e-3 ±8%`, of the wider side; `±?` where the interval tells nothing."""
+    """`1.2e-3 ±8%`, of the wider side; `±?` where the interval tells nothing; `0` where nothing is wrong."""
     value, high = estimate["value"], estimate["high"]
+    if value == 0:
+        return "0"
     return f"{value:.2e} " + (f"±{high / value - 1:.0%}" if tells(estimate["low"], high) else UNKNOWN)
 
 
@@ -92,8 +97,7 @@ def whatif_lines(result: Mapping[str, Any]) -> list[str]:
     return [
         f"Whole scene: {result['samples']} samples in {whole:.2f} core seconds. Each effect taken out alone:",
         "takes: core seconds; difference: RMS over the image's mean; noise: its MSE against without",
-        "",
-        *table(EFFECTS, rows),
+        *(["", *table(EFFECTS, rows)] if rows else []),
         *(["", *missing] if missing else []),
     ]
 

@@ -9,6 +9,7 @@ from ..scene.features import ON
 from ..scene.scene import Scene
 from .contenders import ONE_BOUNCE
 from .errors import Bias
+from .fits import two_sided_p
 
 
 def verdict(scene: Scene, settings: RenderSettings, reference_depth: int, found: Bias) -> str:
@@ -17,7 +18,11 @@ def verdict(scene: Scene, settings: RenderSettings, reference_depth: int, found:
         return ""
     causes = list(blind_spots(scene, settings, reference_depth))
     why = " and ".join(causes) if causes else "differs from the reference"
-    return f"{why}: {found.relative:+.1%} energy, biased (z = {found.z:.1f})".replace("-", "\N{MINUS SIGN}")
+    what = "biased" if causes else "biased, or rare bright samples are yet to come"
+    z = f"z = {found.z:.1f}"
+    if two_sided_p(found.z) > two_sided_p(found.worst):
+        z += f", {found.worst:.1f} in a part of the image"
+    return f"{why}: {found.relative:+.1%} energy, {what} ({z})".replace("-", "\N{MINUS SIGN}")
 
 
 def hittable(scene: Scene) -> bool:

@@ -3,7 +3,7 @@
 All renders take the same samples with the same random numbers, twice with other seeds. From two pairs the
 squared difference beyond noise is estimated without bias, E[(a₀ − b₀)(a₁ − b₁)] = (A − B)², and its
 spread over pixels says how well. Seconds are of CPU cores. Where an effect is missing nothing is rendered:
-0 s and no difference.
+0 s and no difference; so it is where a limit of bounces is never met.
 """
 
 from __future__ import annotations
@@ -36,11 +36,17 @@ Told = Callable[[str], None]
 
 @dataclass
 class Version:
-    """A scene rendered with each seed: images, core seconds of one render, and the noise's MSE."""
+    """A scene rendered with each seed: images, core seconds of one render, the noise's MSE, rays by kind."""
 
     images: list[Float64]
     seconds: float
     noise: float
+    rays: list[dict[str, int]]
+
+    def same_paths(self, other: Version) -> bool:
+        """Whether not a ray and not a bit is another."""
+        pairs = zip(self.images, other.images, strict=True)
+        return self.rays == other.rays and all(np.array_equal(a, b) for a, b in pairs)
 
 
 def whatif(
@@ -69,7 +75,11 @@ def whatif(
         tell(f"without {effect.name}")
         changed, how = effect.without(snapshot, settings)
         other = scene if changed is snapshot else prepare(changed, settings.film_transparent)
-        rows.append(difference(effect.name, whole, rendered(other, how)))
+        without = rendered(other, how)
+        if changed is snapshot and whole.same_paths(without):  # what was timed is other programs' doing
+            rows.append(nothing(effect.name, "no path is that long"))
+        else:
+            rows.append(difference(effect.name, whole, without))
     why = why_no_caustics(scene)
     if why:
         rows.append(nothing("caustics", why))
@@ -97,12 +107,13 @@ def samples_within(scene: Scene, settings: RenderSettings, seconds: float) -> in
 
 def rendered(scene: Scene, settings: RenderSettings) -> Version:
     """Both seeds."""
-    images, noise, started = [], [], time.process_time()
+    images, noise, rays, started = [], [], [], time.process_time()
     for k in range(SEEDS):
         result = render(scene, replace(settings, seed=settings.seed + k))
         images.append(colours(result.image()))
         noise.append(noise_of(result.film))
-    return Version(images, (time.process_time() - started) / SEEDS, float(np.mean(noise)))
+        rays.append(dict(result.progress.rays))
+    return Version(images, (time.process_time() - started) / SEEDS, float(np.mean(noise)), rays)
 
 
 def noise_of(film: Film) -> float:

@@ -9,19 +9,24 @@ from typing import Any
 _config_lock = threading.Lock()
 
 
+class MissingOpenImageIO(ImportError):
+    """The package is not installed; the message says how to get it."""
+
+
 def openimageio() -> Any:
     """The OpenImageIO module.
 
     Raises
     ------
-    RuntimeError
+    MissingOpenImageIO
         Where the package is missing; the message says how to get it.
     """
     try:
         import OpenImageIO
     except ImportError as problem:
-        raise RuntimeError(
-            "image textures need the package OpenImageIO, which is not installed (pip install OpenImageIO)"
+        raise MissingOpenImageIO(
+            "images need the package OpenImageIO, which is not installed (pip install OpenImageIO)",
+            name="OpenImageIO",
         ) from problem
     return OpenImageIO
 

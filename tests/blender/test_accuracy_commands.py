@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import html
 import json
+import re
+import shlex
+import sys
 from pathlib import Path
 
 import bpy
+import numpy as np
 import pytest
 from support.engine_scene import engine_scene, rendered
+from support.exr import pixels
 
 from pt_engine.blender.record import Session
 from pt_engine.report import optional as packages
@@ -33,6 +39,20 @@ def test_render_writes_a_page(run, blend, tmp_path):
     assert "--max-depth 3" in text
 
 
+@pytest.mark.parametrize(
+    "words", [["--adaptive", "--samples", "32"], ["--target-error", "0.1", "--target-percentile", "80"]]
+)
+def test_the_command_on_the_page_makes_the_picture_again(run, blend, tmp_path, words):
+    """Bit for bit, also where the noise has decided how many samples each pixel got."""
+    page = tmp_path / "page.html"
+    first, again = tmp_path / "a.exr", tmp_path / "b.exr"
+    words += ["--min-samples", 8, "--seed", 3, *QUICK]
+    assert run("render", blend, "-o", first, "--report", page, *words)[0] == 0
+    command = html.unescape(re.search("<pre>(.*?)</pre>", page.read_text(encoding="utf-8"), re.DOTALL)[1])
+    assert run(*shlex.split(command.replace("OUT.exr", str(again)))[3:])[0] == 0
+    np.testing.assert_array_equal(pixels(first), pixels(again))
+
+
 def test_compare_prints_a_table_and_writes_json_and_a_page(run, blend, tmp_path):
     page, data = tmp_path / "page.html", tmp_path / "c.json"
     words = [
@@ -56,7 +76,7 @@ def test_compare_prints_a_table_and_writes_json_and_a_page(run, blend, tmp_path)
 
 
 def test_compare_takes_a_given_reference(run, blend, tmp_path):
-    words = ("--seconds", 0.02, "--seeds", 2, "--only", "nobody")
+    words = ("--seconds", 0.02, "--seeds", 2, "--only", "path_fixed")
     exr = tmp_path / "r.exr"
     assert run("render", blend, "-o", exr, "--samples", 16, *QUICK)[0] == 0
     code, out, _ = run("compare", blend, "--reference", exr, *words, *QUICK)
@@ -76,6 +96,26 @@ def test_two_images_are_compared(run, blend, tmp_path):
     assert "FLIP" in out
     assert run("compare", tmp_path / "a.exr")[0] == 2
     assert run("compare", tmp_path / "a.exr", tmp_path / "none.exr")[0] == 1
+    assert "--reference" in run("compare", blend, tmp_path / "a.exr")[2]
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (["compare", "{blend}", "--only", "nobody"], 2, "in none of the names: as set, direct_bsdf"),
+        (["compare", "{blend}", "--integrator", "normals"], 2, "nothing to compare"),
+        (["compare", "{blend}", "--json", "{tmp}/file/c.json"], 1, "is not a folder"),
+        (["whatif", "{blend}", "--json", "{tmp}/file/w.json"], 1, "is not a folder"),
+        (["whatif", "{blend}", "--json", "{blend}"], 2, "does not end with .json"),
+        (["selftest", "--markdown", "{tmp}/file/s.md"], 1, "is not a folder"),
+    ],
+)
+def test_what_would_be_in_vain_is_refused_before_the_work(run, blend, tmp_path, words, code, message):
+    (tmp_path / "file").write_text("")
+    got, out, err = run(*(word.format(blend=blend, tmp=tmp_path) for word in words))
+    assert (got, out) == (code, "")
+    assert message in err
+    assert "making the reference" not in err
 
 
 def test_whatif_prints_what_is_there_and_what_is_not(run, blend, tmp_path):
@@ -96,6 +136,14 @@ def test_a_missing_package_is_told_before_the_work(run, blend, tmp_path, monkeyp
     assert code == 1
     assert "pip install" in err
     assert not (tmp_path / "a.exr").exists()
+
+
+def test_without_openimageio_images_are_refused_in_one_line(run, blend, tmp_path, monkeypatch):
+    assert run("render", blend, "-o", tmp_path / "a.exr", "--samples", 1, *QUICK)[0] == 0
+    monkeypatch.setitem(sys.modules, "OpenImageIO", None)  # as if it were not installed
+    code, out, err = run("compare", tmp_path / "a.exr", tmp_path / "a.exr")
+    assert (code, out) == (1, "")
+    assert err.strip() == "pt_engine: OpenImageIO is missing here: pip install OpenImageIO"
 
 
 def test_the_button_writes_a_page_and_leaves_the_files_output_settings(tmp_path):

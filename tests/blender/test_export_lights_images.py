@@ -136,7 +136,7 @@ def test_a_missing_file_says_so(tmp_path):
     data, unsupported = export_image(image)
     assert data.encoded is data.pixels is None
     assert "gone.png" in data.problem
-    assert unsupported == [("Image gone.png", data.problem, "rendered pink")]
+    assert unsupported == [("Image gone.png", data.problem, "rendered magenta")]
 
 
 def test_tiles_of_a_udim_are_images_of_their_own(tmp_path):
@@ -150,7 +150,9 @@ def test_tiles_of_a_udim_are_images_of_their_own(tmp_path):
     assert (first, second) == (1001, 1002)
     assert table.images[k].encoded.tobytes() == (tmp_path / "tile.1001.png").read_bytes()
     assert "tile.1002.png" in table.images[missing].problem
-    assert unsupported == [(f"Image {image.name}, tile 1002", table.images[missing].problem, "rendered pink")]
+    assert unsupported == [
+        (f"Image {image.name}, tile 1002", table.images[missing].problem, "rendered magenta")
+    ]
 
 
 def test_the_frame_of_a_sequence(scene, tmp_path):

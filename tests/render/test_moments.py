@@ -12,10 +12,10 @@ from support.motion import moving
 
 from pt_engine.core.samplers import SAMPLERS
 from pt_engine.render import moments
-from pt_engine.render.moments import Kept, Moments
+from pt_engine.render.moments import LONGEST_RUN, Kept, Moments
 from pt_engine.render.progressive import render
 from pt_engine.render.replay import replay
-from pt_engine.render.schedule import LARGEST_PASS, morton_order, units
+from pt_engine.render.schedule import morton_order, units
 from pt_engine.render.settings import RenderSettings
 from pt_engine.scene.prepare import prepare
 
@@ -68,7 +68,7 @@ def test_a_window_sees_the_same_moments(scene):
 
 def test_units_that_mix_moments_give_the_same_numbers(scene):
     """Whatever a unit holds, its parts see their own moments."""
-    worker_settings = replace(SETTINGS, samples=LARGEST_PASS)
+    worker_settings = replace(SETTINGS, samples=LONGEST_RUN)
     from pt_engine.render.integrator import INTEGRATORS
     from pt_engine.render.worker import Worker
 

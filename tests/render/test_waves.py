@@ -116,11 +116,11 @@ def test_few_paths_wait_to_scatter_together(waves, kept, sizes):
     assert flying == sum(kept)
 
 
-def test_blocks_of_pixels_are_put_sample_by_sample():
-    """Lane (block, sample, pixel) → slot (sample, pixel)."""
+def test_lanes_pixel_by_pixel_are_put_sample_by_sample():
+    """Lane (pixel, sample) → slot (sample, pixel)."""
     unit = Unit(np.arange(6, dtype=np.int32), 0, 4)
-    block, sample, pixel = np.meshgrid(np.arange(3), np.arange(4), np.arange(2), indexing="ij")
-    lanes = (10 * sample + 2 * block + pixel).astype(np.float32).reshape(-1)
+    pixel, sample = np.meshgrid(np.arange(6), np.arange(4), indexing="ij")
+    lanes = (10 * sample + pixel).astype(np.float32).reshape(-1)
     expected = (10 * np.arange(4)[:, None] + np.arange(6)).reshape(-1)
-    np.testing.assert_array_equal(by_sample(unit, 3, lanes), expected)
-    np.testing.assert_array_equal(by_sample(unit, 3, np.stack([lanes] * 3)), [expected] * 3)
+    np.testing.assert_array_equal(by_sample(unit, lanes), expected)
+    np.testing.assert_array_equal(by_sample(unit, np.stack([lanes] * 3)), [expected] * 3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,8 +13,10 @@ from support.rooms import MIRROR, room
 
 from pt_engine.render.settings import RenderSettings
 from pt_engine.report.comparison import compare
+from pt_engine.report.errors import Bias
 from pt_engine.report.reference import Reference, cache_file, given, made
 from pt_engine.report.tables import comparison_lines
+from pt_engine.report.verdict import verdict
 from pt_engine.scene.prepare import prepare
 from pt_engine.scene.snapshot import LightData
 
@@ -66,6 +69,39 @@ def test_mis_beats_bsdf_sampling_of_a_small_light(compared):
     """
     errors = [row(compared, n)["mse_at_equal_samples"]["value"] for n in ("direct_bsdf", "direct_mis")]
     assert errors[0] > 1.5 * errors[1]
+
+
+def test_runs_that_are_over_at_once_do_not_call_noise_a_bias():
+    """A single sample knows nothing of its noise: each run has two, however little time there is."""
+    settings = replace(SETTINGS, sampler="sobol", width=64, height=48)
+    lamp = LightData("POINT", "point", make.translation(0.5, -0.5, 2.5), 60.0)
+    scene = prepare(room(make.diffuse(0.5), lamp))
+    reference = made(scene, settings, wanted=0.02, seconds=3)
+    result = compare(scene, settings, reference, seconds=1e-6, seeds=1, only=("path_fixed",))
+    for each in result["rows"]:
+        assert each["samples"] == 2
+        assert each["bias"]["p"] > 1e-4
+
+
+def test_an_error_of_nothing_is_told_as_nothing():
+    """An empty scene under an even sky has no noise at all."""
+    scene = prepare(make.scene([], make.perspective((0, 0, 0), (0, 1, 0)), [], make.world(0.5)))
+    reference = made(scene, SETTINGS, wanted=0.1, seconds=1)
+    result = compare(scene, SETTINGS, reference, seconds=1e-3, seeds=2, only=("path_fixed", "adaptive"))
+    told = comparison_lines(result)
+    assert [line.split()[-7:-5] for line in told[-3:]] == [["0", "0"]] * 3
+
+
+def test_what_is_not_known_to_be_blind_may_be_unlucky():
+    """z of the mean may be small where a part of the image is far off: the sentence says which."""
+    scene = prepare(room(make.diffuse(0.5)))
+    told = verdict(scene, SETTINGS, SETTINGS.max_depth, Bias(-0.02, -0.1, -15.4, 1e-40))
+    assert "rare bright samples are yet to come" in told
+    assert "15.4 in a part of the image" in told
+    blind = replace(SETTINGS, max_depth=2)
+    assert verdict(scene, blind, 3, Bias(-0.2, -20.0, -9.0, 1e-40)).endswith(
+        "depth 2 misses longer paths: -20.0% energy, biased (z = -20.0)".replace("-", "\N{MINUS SIGN}")
+    )
 
 
 def test_lamps_without_a_size_are_invisible_to_bsdf_sampling():

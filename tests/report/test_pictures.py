@@ -59,6 +59,22 @@ def test_z_test_uses_the_standard_errors(tmp_path, shift, differs):
     assert ("more than noise" in "\n".join(lines(found))) is differs
 
 
+def test_pixels_whose_noise_nobody_knows_have_no_say(tmp_path):
+    """A pass of one sample is NaN: no test where all are, and none of the others' certainty is theirs."""
+    values = np.full((32, 32, 3), 0.5)
+    sigma = np.full_like(values, 0.1)
+    one = write(tmp_path / "one.exr", Combined=values + 1, Standard_Error=sigma * np.nan)
+    plain = write(tmp_path / "b.exr", plain=values)
+    found = compare_files(one, plain)
+    assert found["z"] is None
+    assert "that knows it" in "\n".join(lines(found))
+    sigma[:8] = np.inf
+    values = values + np.repeat(RNG.normal(0, 0.1, (32, 32, 1)), 3, axis=2)
+    values[:8] += 10
+    some = write(tmp_path / "some.exr", Combined=values, Standard_Error=sigma)
+    assert compare_files(some, plain)["p"] > 1e-3
+
+
 def test_without_flip_evaluator_a_line_says_how_to_get_it(tmp_path, monkeypatch):
     a = write(tmp_path / "a.exr", plain=np.ones((8, 8, 3)))
 
@@ -81,5 +97,5 @@ def test_files_that_do_not_compare_say_why(tmp_path):
         compare_files(a, tmp_path / "c.exr")
     hole = np.ones((8, 8, 3))
     hole[1, 2] = np.nan
-    with pytest.raises(ValueError, match="1 pixels that are not finite"):
+    with pytest.raises(ValueError, match="1 pixel with numbers that are not finite"):
         picture_of(write(tmp_path / "d.exr", plain=hole))

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from pt_engine.report.figures import curves
 from pt_engine.report.fits import geometric_mean_of, mean_of, tells
 from pt_engine.report.tables import comparison_lines
 
@@ -53,6 +54,12 @@ def test_what_seeds_tell_is_a_number():
     assert f"±{spread - 1:.0%}" in told[-1]
     assert f"±{half * 0.1:.2f}" in told[-1]
     assert not any("±?" in line for line in told)
+
+
+def test_nothing_is_drawn_of_errors_of_zero():
+    """A curve without a point leaves a figure without a legend, and no warning."""
+    point = {"samples": 1.0, "seconds": 1.0, "mse": 0.0, "low": 0.0, "high": 0.0}
+    assert "<svg" in curves("error over time", {"as set": [point]})
 
 
 def test_an_interval_of_a_factor_of_two_is_the_widest_that_tells():

@@ -76,6 +76,14 @@ def test_world_light_is_all_of_a_scene_that_has_no_other():
     assert row["difference"] == pytest.approx(1, abs=0.01)
 
 
+def test_bounces_that_no_path_takes_cost_nothing():
+    """A floor alone under a lamp: a ray that leaves it meets nothing, whatever the depth."""
+    rows = effects_of(plain(LightData("POINT", "p", make.translation(0, 0, 2), 10.0)))
+    row = rows["bounces from the 2nd on"]
+    assert row["why"] == "no path is that long"
+    assert (row["seconds"], row["difference"]) == (0, 0)
+
+
 def test_bounces_of_a_closed_box_are_the_neumann_series():
     """Le = 1 in a box of albedo a: L = Σ aᵏ; depth 2 leaves 1 + a of 1 + a + a² + a³."""
     a = 0.5

@@ -12,8 +12,9 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from .arguments import parser
+from .chatter import Chatter, silence_blender
 from .failure import Failure
-from .terminal import Chatter, silence_blender
+from .places import check_writable
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -24,6 +25,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         if arguments.command == "selftest":  # without Blender
             from ...selftest.command import selftest
 
+            if arguments.markdown:
+                check_writable(arguments.markdown)
             return 0 if selftest(arguments.all, arguments.markdown) else 1
         from .commands import COMMANDS
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from ... import __version__
-from .converters import assignment, pair, path_ending, positive, whole
+from .converters import assignment, file, pair, path_ending, positive, whole
+
+MOST_PIXELS = 65536  # along a side, and as many threads as that: Blender's own limits, beyond which it
+MOST_THREADS = 1024  # takes the largest without a word
+MOST_SAMPLES = 2**32 - 1
 
 
 def parser() -> argparse.ArgumentParser:
@@ -29,7 +32,8 @@ def add_render(commands) -> None:
         allow_abbrev=False,
         help="render a .blend into an EXR and a PNG",
         description="Render one frame of a .blend. Scripts in the file are not run; "
-        "its compositing and sequencer are left out.",
+        "its compositing and sequencer are left out. Views become files of their own (OUT_L.exr, OUT_R.exr). "
+        "Ctrl-C ends it and keeps what there is; a second one leaves at once.",
     )
     add_scene_options(render)
     output = render.add_argument_group("output")
@@ -44,7 +48,9 @@ def add_render(commands) -> None:
     output.add_argument(
         "--png", type=path_ending("png"), metavar="P.png", help="through the file's view transform"
     )
-    output.add_argument("--stats", type=Path, metavar="S.json", help="statistics (docs/stats.md)")
+    output.add_argument(
+        "--stats", type=path_ending("json"), metavar="S.json", help="statistics (docs/stats.md)"
+    )
     output.add_argument("--report", type=path_ending("html"), metavar="P.html", help="a page to read")
     output.add_argument("--progress", action="store_true", help="a progress bar even without a terminal")
     output.add_argument("--quiet", action="store_true", help="only errors")
@@ -61,13 +67,17 @@ def add_replay(commands) -> None:
     add_scene_options(replay)
     replay.add_argument(
         "--pixel",
-        type=pair(","),
+        type=pair(",", least=0, most=MOST_PIXELS),
         required=True,
         metavar="X,Y",
         help="from the image's left and bottom, from 0",
     )
     replay.add_argument(
-        "--sample", type=whole(0), required=True, metavar="N", help="the sample's number, from 0"
+        "--sample",
+        type=whole(0, MOST_SAMPLES),
+        required=True,
+        metavar="N",
+        help="the sample's number, from 0",
     )
     replay.add_argument("--view", metavar="NAME", help="of a multi-view render (default: its first)")
 
@@ -82,7 +92,9 @@ def add_selftest(commands) -> None:
         "needs no Blender. Ends with code 1 if a case fails.",
     )
     selftest.add_argument("--all", action="store_true", help="the slow cases too")
-    selftest.add_argument("--markdown", type=Path, metavar="F.md", help="write the table as a page, too")
+    selftest.add_argument(
+        "--markdown", type=path_ending("md"), metavar="F.md", help="write the table as a page, too"
+    )
 
 
 def add_inspections(commands) -> None:
@@ -143,7 +155,7 @@ def add_compare(commands) -> None:
     )
     compare.add_argument("--no-cache", action="store_true", help="keep no reference for the next time")
     add_results(compare)
-    compare.add_argument("other", type=Path, nargs="?", metavar="B.exr", help="compares image FILE with it")
+    compare.add_argument("other", type=file, nargs="?", metavar="B.exr", help="compares image FILE with it")
 
 
 def add_whatif(commands) -> None:
@@ -162,19 +174,26 @@ def add_results(command: argparse.ArgumentParser) -> None:
     """The file, and where the findings go."""
     add_scene_options(command)
     output = command.add_argument_group("output")
-    output.add_argument("--json", type=Path, metavar="F.json", help="the results as JSON; - for here")
+    output.add_argument(
+        "--json",
+        type=path_ending("json", or_dash=True),
+        metavar="F.json",
+        help="the results as JSON; - for here",
+    )
     output.add_argument("--report", type=path_ending("html"), metavar="P.html", help="a page to read")
     output.add_argument("--quiet", action="store_true", help="no progress")
 
 
 def add_scene_options(command: argparse.ArgumentParser) -> None:
     """The file, and what of it is changed for this render."""
-    command.add_argument("file", type=Path, metavar="FILE.blend")
+    command.add_argument("file", type=file, metavar="FILE.blend")
     command.add_argument("--verbose", action="store_true", help="let Blender's own messages through")
     scene = command.add_argument_group("in place of what the file says")
     scene.add_argument("--frame", type=int, metavar="N")
-    scene.add_argument("--view-layer", metavar="NAME")
-    scene.add_argument("--size", type=pair("x", least=1), metavar="WxH", help="in pixels, at 100 %%")
+    scene.add_argument(
+        "--view-layer", metavar="NAME", help="the only one that is rendered (default: the active one)"
+    )
+    scene.add_argument("--size", type=pair("x", least=1, most=MOST_PIXELS), metavar="WxH", help="in pixels")
     scene.add_argument("--samples", type=whole(0), metavar="N", help="per pixel; 0 for no limit")
     scene.add_argument("--seconds", type=positive, metavar="S", help="time limit; 0 for none")
     scene.add_argument(
@@ -191,7 +210,7 @@ def add_scene_options(command: argparse.ArgumentParser) -> None:
         "--adaptive", action="store_true", help="pixels with little noise around them stop early"
     )
     scene.add_argument("--seed", type=whole(0), metavar="K")
-    scene.add_argument("--threads", type=whole(0), metavar="N", help="0 for one per core")
+    scene.add_argument("--threads", type=whole(0, MOST_THREADS), metavar="N", help="0 for one per core")
     scene.add_argument("--integrator", metavar="NAME")
     scene.add_argument("--max-depth", type=whole(1), metavar="N", help="longest path, in edges")
     scene.add_argument("--strict", action="store_true", help="refuse what can't be rendered exactly")
@@ -209,7 +228,7 @@ def add_scene_options(command: argparse.ArgumentParser) -> None:
         dest="plugins",
         action="append",
         default=[],
-        type=Path,
+        type=file,
         metavar="F.py",
         help="a Python file that registers an integrator of your own; may be repeated",
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 import bpy
@@ -10,10 +11,11 @@ import bpy
 from ...render.integrator import INTEGRATORS
 from .. import plugins
 from ..compatibility import ENGINE
-from ..settings import endless
+from ..settings import adapts, endless
+from .chatter import unechoed
 from .failure import Failure, UsageError
-from .terminal import unechoed
 
+LEAST_PIXELS = 4  # along a side at 100 %
 VALUES = (
     *("samples", "seconds", "target_error", "target_percentile", "min_samples"),
     *("seed", "max_depth", "integrator"),
@@ -28,6 +30,8 @@ def open_scene(arguments):
         except plugins.PluginError as error:
             raise Failure(str(error)) from error
     open_file(arguments.file)
+    if not getattr(arguments, "quiet", False):
+        warn_of_newer(arguments.file)
     scene = bpy.context.scene
     scene.render.engine = ENGINE
     choose_frame(scene, arguments.frame)
@@ -49,6 +53,17 @@ def open_file(path: Path) -> None:
     except RuntimeError as error:
         reason = str(error).strip().splitlines()[-1].removeprefix("Error: ")
         raise Failure(f"{path} can't be read as a .blend: {reason}") from error
+
+
+def warn_of_newer(path: Path) -> None:
+    """Blender opens files of its later versions and leaves out what it does not know."""
+    theirs, ours = tuple(bpy.data.version[:2]), bpy.app.version[:2]
+    if theirs > ours:
+        print(
+            f"pt_engine: {path} is of Blender {theirs[0]}.{theirs[1]}, newer than this one, "
+            f"{ours[0]}.{ours[1]}: what that does not know is left out",
+            file=sys.stderr,
+        )
 
 
 def choose_frame(scene, frame: int | None) -> None:
@@ -75,11 +90,9 @@ def apply(scene, arguments) -> None:
     """Settings from the command line; --set comes last."""
     own, render = scene.pt_engine, scene.render
     render.use_compositing = render.use_sequencer = False
-    render.use_single_layer = True
     own.stats_path = ""
     if arguments.size:
-        render.resolution_x, render.resolution_y = arguments.size
-        render.resolution_percentage = 100
+        choose_size(render, *arguments.size)
     if arguments.threads is not None:
         render.threads_mode = "FIXED" if arguments.threads else "AUTO"
         render.threads = arguments.threads or render.threads
@@ -97,6 +110,21 @@ def apply(scene, arguments) -> None:
         assign(own, key, text)
     if endless(own):
         raise UsageError("neither samples, seconds nor error are limited: this render would never end")
+    if arguments.target_percentile is not None and not own.target_error:
+        raise UsageError("--target-percentile has no effect without --target-error")
+    if arguments.adaptive and not adapts(own):
+        raise UsageError(
+            "--adaptive needs --samples or --target-error, which say how many a noisy pixel may get"
+        )
+
+
+def choose_size(render, width: int, height: int) -> None:
+    """The image's size; Blender knows fewer than four pixels along a side only as a part of more."""
+    part = 1 if min(width, height) >= LEAST_PIXELS else LEAST_PIXELS
+    render.resolution_x, render.resolution_y = width * part, height * part
+    render.resolution_percentage = 100 // part
+    if (render.resolution_x, render.resolution_y) != (width * part, height * part):
+        raise UsageError(f"no image is {width}x{height}: one of under {LEAST_PIXELS} pixels is not that long")
 
 
 def assign(own, key: str, text: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 from ...render.replay import replay
+from ...report.tables import plural
 from .. import registration
 from ..pages import write_page
 from ..record import Observer, close_times, write_json
@@ -13,12 +14,13 @@ from .comparison import compare_command, page_for, whatif_command
 from .drive import run_engine
 from .failure import Failure
 from .inspection import coverage_command, explain_command
-from .output import check_writable, save_exr, save_png
+from .output import save_exr, save_png
+from .places import check_writable
 from .terminal import Terminal, closing_line
 
 
 def render_command(arguments) -> None:
-    """Render a frame; write EXR, PNG and statistics; say how it went."""
+    """Render a frame; write EXR, PNG and statistics, also of one that was interrupted; say how it went."""
     registration.register()
     outputs = [path for path in (arguments.output, arguments.png, arguments.stats) if path]
     page = page_for(arguments)
@@ -28,10 +30,10 @@ def render_command(arguments) -> None:
     started = time.perf_counter()
     with Terminal(arguments.quiet, arguments.progress) as terminal:
         record = run_engine(scene, choose_view_layer(scene, arguments.view_layer), terminal)
-    if terminal.interrupted:
-        raise Failure(f"interrupted after {terminal.samples} samples; nothing was written")
+    if terminal.interrupted and not terminal.samples:
+        raise Failure("interrupted before the first sample was complete; nothing was written")
     rendered = time.perf_counter()
-    save_exr(arguments.output, scene)
+    written = ", ".join(map(str, save_exr(arguments.output, scene)))
     if arguments.png:
         save_png(arguments.png, scene, record.has_holes)
     statistics = record.statistics()
@@ -41,8 +43,10 @@ def render_command(arguments) -> None:
         write_json(arguments.stats, statistics)
     if page:
         write_page(arguments.report, scene, record, statistics, terminal.error_picture)
+    if terminal.interrupted:
+        raise Failure(f"interrupted after {plural(terminal.samples, 'sample')}: {written} has no more")
     if not arguments.quiet:
-        print(closing_line(arguments.output, statistics))
+        print(closing_line(written, statistics))
 
 
 def replay_command(arguments) -> None:

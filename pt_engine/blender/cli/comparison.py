@@ -7,22 +7,25 @@ import shlex
 import sys
 
 from ...report.comparison import compare
+from ...report.contenders import NO_ESTIMATOR, names
 from ...report.optional import MissingPackage
 from ...report.pictures import compare_files
 from ...report.pictures import lines as picture_lines
 from ...report.reference import cache_file, given, made
+from ...report.runs import plain
 from ...report.tables import comparison_lines, whatif_lines
 from ...report.whatif import whatif
 from .. import registration
-from ..record import finite
+from ..record import finite, write_json
 from .blendfile import open_scene
 from .drive import taken
 from .failure import Failure, UsageError
-from .output import check_writable
+from .places import check_writable
 
 
 def compare_command(arguments) -> int:
     """Estimators side by side on a .blend, or two images."""
+    check_json(arguments)
     if arguments.other is not None:
         return compare_images(arguments)
     if arguments.file.suffix.lower() == ".exr":
@@ -30,6 +33,7 @@ def compare_command(arguments) -> int:
     page = page_for(arguments)
     found = scene_of(arguments)
     scene, settings = found.scene, found.settings
+    check_sense(arguments, scene, settings)
     x0, y0, x1, y1 = settings.window
     if arguments.reference:
         try:
@@ -57,11 +61,27 @@ def compare_command(arguments) -> int:
     return 0
 
 
+def check_sense(arguments, scene, settings) -> None:
+    """Refuse what would be measured in vain."""
+    if settings.integrator in NO_ESTIMATOR:
+        raise UsageError(
+            f"the integrator {settings.integrator} estimates no light: there is nothing to compare"
+        )
+    every = names(scene, plain(settings))
+    for word in arguments.only:
+        if not any(word in name for name in every):
+            raise UsageError(f"--only {word}: that is in none of the names: {', '.join(every)}")
+
+
 def compare_images(arguments) -> int:
     """MSE, relMSE, FLIP and z-test of two files."""
     for path in (arguments.file, arguments.other):
         if not path.is_file():
-            raise Failure(f"no such file: {path}")
+            raise Failure(f"{path} is a directory" if path.is_dir() else f"no such file: {path}")
+    if arguments.file.suffix.lower() == ".blend":
+        raise UsageError(
+            "a .blend and an image: --reference names the image that a .blend is measured against"
+        )
     if arguments.report:
         raise UsageError("--report is for a .blend; two images have a table only")
     try:
@@ -74,6 +94,7 @@ def compare_images(arguments) -> int:
 
 def whatif_command(arguments) -> int:
     """What each effect costs and what it does to the image."""
+    check_json(arguments)
     page = page_for(arguments)
     found = scene_of(arguments)
     result = whatif(
@@ -106,6 +127,17 @@ def scene_of(arguments):
     return taken(open_scene(arguments), arguments.view_layer)
 
 
+def check_json(arguments) -> None:
+    """Fail before the work where `--json` names no place to write to."""
+    if arguments.json and not to_terminal(arguments):
+        check_writable(arguments.json)
+
+
+def to_terminal(arguments) -> bool:
+    """Whether the results go to the terminal as JSON."""
+    return str(arguments.json) == "-"
+
+
 def page_for(arguments):
     """The module that writes pages, where one is wanted; a missing package is told before the work."""
     if not arguments.report:
@@ -128,11 +160,9 @@ def tell(arguments, line: str) -> None:
 
 def deliver(arguments, result, lines) -> None:
     """A table on the terminal, or JSON there (`--json -`) or in a file."""
-    text = json.dumps(finite(result), indent=1, ensure_ascii=False, allow_nan=False)
-    if arguments.json and str(arguments.json) == "-":
-        print(text)
+    if to_terminal(arguments):
+        print(json.dumps(finite(result), indent=1, ensure_ascii=False, allow_nan=False))
         return
     if arguments.json:
-        check_writable(arguments.json)
-        arguments.json.write_text(text + "\n", encoding="utf-8")
+        write_json(arguments.json, result)
     print("\n".join(lines))

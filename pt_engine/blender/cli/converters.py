@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 
 
-def whole(least: int):
-    """A converter to int that refuses less than `least`."""
+def whole(least: int, most: int | None = None):
+    """A converter to int that refuses less than `least` and more than `most`."""
 
     def number(text: str) -> int:
         value = int(text)
         if value < least:
             raise argparse.ArgumentTypeError(f"{value} is less than {least}")
+        if most is not None and value > most:
+            raise argparse.ArgumentTypeError(f"{value} is more than {most}")
         return value
 
     return number
@@ -26,8 +29,8 @@ def positive(text: str) -> float:
     return value
 
 
-def pair(separator: str, least: int = 0):
-    """A converter of `AxB` to two numbers."""
+def pair(separator: str, least: int, most: int):
+    """A converter of `AxB` to two numbers from `least` to `most`."""
 
     def numbers(text: str) -> tuple[int, int]:
         first, found, second = text.partition(separator)
@@ -36,20 +39,31 @@ def pair(separator: str, least: int = 0):
         values = int(first), int(second)
         if min(values) < least:
             raise argparse.ArgumentTypeError(f"{text!r} has a number below {least}")
+        if max(values) > most:
+            raise argparse.ArgumentTypeError(f"{text!r} has a number above {most}")
         return values
 
     return numbers
 
 
-def path_ending(suffix: str):
-    """A converter to a path with this ending."""
+def path_ending(suffix: str, *, or_dash: bool = False):
+    """A converter to a path with this ending, so that no output takes the place of another or of a .blend."""
 
     def path(text: str) -> Path:
+        if or_dash and text == "-":
+            return Path(text)
         if Path(text).suffix.lower() != f".{suffix}":
             raise argparse.ArgumentTypeError(f"{text!r} does not end with .{suffix}")
-        return Path(text)
+        return file(text)
 
     return path
+
+
+def file(text: str) -> Path:
+    """A path; Blender's own way to say "beside the .blend" means something else to everyone but Blender."""
+    if text.startswith("//") and os.name == "posix":
+        raise argparse.ArgumentTypeError(f"{text!r}: name the folder; // is understood by Blender alone")
+    return Path(text)
 
 
 def assignment(text: str) -> tuple[str, str]:

@@ -8,22 +8,33 @@ import bpy
 
 from ..record import Observer, RenderRecord, Session
 from .blendfile import choose_view_layer
+from .chatter import unechoed
 from .failure import Failure
-from .terminal import unechoed
 
 
 def run_engine(scene, view_layer: str, observer) -> RenderRecord:
-    """Render the scene with Blender's operator while `observer` follows."""
+    """Render one view layer with Blender's operator while `observer` follows."""
     Session.last = None
+    for layer in scene.view_layers:  # the operator's own `layer` counts only in a window
+        layer.use = layer.name == view_layer
     with following(observer):
         try:
             with unechoed():
-                bpy.ops.render.render(scene=scene.name, layer=view_layer)
+                bpy.ops.render.render(scene=scene.name)
         except RuntimeError as error:
-            raise Failure(observer.failure or plain(error)) from error
+            raise Failure(observer.failure or explained(plain(error), scene.render)) from error
     if observer.failure or Session.last is None:
         raise Failure(observer.failure or "Blender did not call the engine")
     return Session.last
+
+
+def explained(message: str, render) -> str:
+    """What Blender says before it calls the engine, with the numbers that made it say so."""
+    if "too small" not in message:
+        return message
+    part = ", and its render region" if render.use_border else ""
+    size = f"{render.resolution_x}x{render.resolution_y} at {render.resolution_percentage} %{part}"
+    return f"{message}: it has less than a pixel ({size})"
 
 
 def plain(error: Exception) -> str:

@@ -1,8 +1,7 @@
-"""Files that a render leaves: checked before it starts, written whole or not at all."""
+"""Pictures that a render leaves: written whole or not at all."""
 
 from __future__ import annotations
 
-import os
 import tempfile
 from pathlib import Path
 
@@ -11,33 +10,17 @@ import bpy
 from .failure import Failure
 
 
-def check_writable(path: Path) -> None:
-    """Fail now rather than after an hour's render. Missing folders are made."""
-    try:
-        if path.is_dir():
-            raise IsADirectoryError("it is a directory")
-        path.absolute().parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path.absolute().parent):
-            pass
-        if path.exists() and not os.access(path, os.W_OK):
-            raise PermissionError("it is write-protected")
-    except FileExistsError as error:
-        raise Failure(f"can't write {path}: {error.filename} is not a folder") from error
-    except OSError as error:
-        raise Failure(f"can't write {path}: {error.strerror or error}") from error
-
-
-def save_exr(path: Path, scene) -> None:
-    """The render result in linear 32-bit floats."""
+def save_exr(path: Path, scene) -> list[Path]:
+    """The render result in linear 32-bit floats; the files written, one for each view."""
     image = scene.render.image_settings
     if hasattr(image, "media_type"):  # Blender 5
         image.media_type = "IMAGE"
     image.file_format = "OPEN_EXR"
     image.color_mode, image.color_depth, image.exr_codec = "RGBA", "32", "ZIP"
-    save(path, scene)
+    return save(path, scene)
 
 
-def save_png(path: Path, scene, has_holes: bool) -> None:
+def save_png(path: Path, scene, has_holes: bool) -> list[Path]:
     """The render result as Blender shows it: through the file's view transform, exposure and look.
 
     With an alpha channel where the film is transparent or holdouts have cut holes into it.
@@ -48,16 +31,25 @@ def save_png(path: Path, scene, has_holes: bool) -> None:
     image.file_format = "PNG"
     image.color_mode = "RGBA" if scene.render.film_transparent or has_holes else "RGB"
     image.color_depth, image.compression = "8", 15
-    save(path, scene)
+    return save(path, scene)
 
 
-def save(path: Path, scene) -> None:
-    """Save under another name first, so that a broken write leaves an earlier picture alone."""
-    scene.render.image_settings.color_management = "FOLLOW_SCENE"
-    part = path.with_name(f".{path.stem}.part{path.suffix}").absolute()
+def save(path: Path, scene) -> list[Path]:
+    """Save in a folder of its own first, so that a broken write leaves an earlier picture alone.
+
+    Views become files of their own, with Blender's suffixes: `OUT_L.exr`, `OUT_R.exr`.
+    """
+    image = scene.render.image_settings
+    image.color_management, image.views_format = "FOLLOW_SCENE", "INDIVIDUAL"
+    views = sum(view.use for view in scene.render.views) if scene.render.use_multiview else 1
+    folder = path.absolute().parent
     try:
-        bpy.data.images["Render Result"].save_render(str(part), scene=scene)
-        part.replace(path)
+        with tempfile.TemporaryDirectory(dir=folder, prefix=f".{path.stem}.") as place:
+            try:
+                bpy.data.images["Render Result"].save_render(str(Path(place) / path.name), scene=scene)
+            except RuntimeError:
+                if views == 1 or len(list(Path(place).iterdir())) < views:  # of several it always complains
+                    raise
+            return [part.replace(path.with_name(part.name)) for part in sorted(Path(place).iterdir())]
     except (RuntimeError, OSError) as error:
-        part.unlink(missing_ok=True)
         raise Failure(f"can't write {path}: {str(error).strip()}") from error

@@ -2,53 +2,17 @@
 
 from __future__ import annotations
 
-import faulthandler
-import io
-import os
 import signal
 import sys
-from contextlib import nullcontext, redirect_stdout
 
 from ...report.error_picture import error_picture
+from ...report.tables import plural
 from ..record import Observer
 from ..words import count, doubts, duration, estimated_error, status
 
 BAR_INTERVAL = 0.1  # seconds
 FIRST_LINE, LINE_GROWTH = 5.0, 1.5
 BAR_WIDTH = 30
-
-
-def silence_blender() -> None:
-    """Keep what Blender itself prints off the terminal, from here to the end of the process.
-
-    Python's own streams go on: they get copies of the file descriptors.
-    """
-    streams = []
-    for stream, number in ((sys.stdout, 1), (sys.stderr, 2)):
-        stream.flush()
-        raw = os.fdopen(os.dup(number), "wb")
-        streams.append(Own(raw, encoding=stream.encoding, errors="backslashreplace", line_buffering=True))
-    sys.stdout, sys.stderr = streams
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    for number in (1, 2):
-        os.dup2(nowhere, number)
-    os.close(nowhere)
-    faulthandler.enable(file=sys.stderr)
-
-
-def unechoed():
-    """A context for Blender's operators: they print what they report, though they raise it too."""
-    return nullcontext() if Chatter.wanted else redirect_stdout(io.StringIO())
-
-
-class Chatter:
-    """Whether Blender's own messages go to the terminal (--verbose)."""
-
-    wanted = False
-
-
-class Own(io.TextIOWrapper):
-    """One of Python's streams, apart from Blender's."""
 
 
 class Terminal(Observer):
@@ -112,14 +76,14 @@ class Terminal(Observer):
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def closing_line(path, statistics) -> str:
-    """Time, samples, speed and estimated error of a finished render."""
+def closing_line(written: str, statistics) -> str:
+    """What was written; time, samples, speed and estimated error of a finished render."""
     seconds = statistics["seconds"]
     width, height = statistics["resolution"]
     error = estimated_error(statistics["error"])
     parts = [
-        f"{path}: {width}x{height}",
-        f"{statistics['samples']} samples",
+        f"{written}: {width}x{height}",
+        plural(statistics["samples"], "sample"),
         f"{duration(seconds['total'])} (render {duration(seconds['render'])})",
         f"{count(statistics['rays_per_second'])} rays/s",
         f"estimated error {error}" if error else "estimated error unknown",

@@ -74,7 +74,7 @@ class ImageTable:
 
     def _noted(self, data: ImageData, where: str) -> ImageData:
         if data.problem:
-            self.unsupported.append((where, data.problem, "rendered pink"))
+            self.unsupported.append((where, data.problem, "rendered magenta"))
         return data
 
 
