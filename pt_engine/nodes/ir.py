@@ -46,6 +46,9 @@ class Op:
         One that gives the first of its results and no other, for less work.
     part : callable, optional
         Some of the numbers 0, 1, 2 → an op that gives only these components of its result, for less work.
+    joint : callable, optional
+        Static arguments → another op that gives this one's result and more from the same arguments for less
+        work, its static arguments, and which result it is; None where there is none.
     splits : bool
         Its result number k is component k of its argument, and needs no other.
     keeps_zero : bool
@@ -67,6 +70,7 @@ class Op:
     rest: tuple[str, ...] = ()
     alone: Op | None = None
     part: Callable[[tuple[int, ...]], Op] | None = None
+    joint: Callable[..., tuple[Op, Static, int] | None] = lambda *_: None
     splits: bool = False
     keeps_zero: bool = False
     dear: bool = False
@@ -85,10 +89,14 @@ class Op:
 
 
 def op(
-    *types: str, rest: tuple[str, ...] = (), alone: Op | None = None, dear: bool = False
+    *types: str,
+    rest: tuple[str, ...] = (),
+    alone: Op | None = None,
+    joint: Callable[..., tuple[Op, Static, int] | None] = lambda *_: None,
+    dear: bool = False,
 ) -> Callable[[Callable[..., Any]], Op]:
     """Make a pure function of arrays an `Op`."""
-    return lambda function: Op(function, types, rest=rest, alone=alone, dear=dear)
+    return lambda function: Op(function, types, rest=rest, alone=alone, joint=joint, dear=dear)
 
 
 def lane_op(
@@ -279,6 +287,7 @@ def _one_minus(a: Float32) -> Float32:
 
 spread_color, spread_vector = (Op(_spread, (t,), keeps_zero=True) for t in (COLOR, VECTOR))
 as_color, as_vector = (Op(_same, (t,), keeps_zero=True) for t in (COLOR, VECTOR))
+as_float = Op(_same, (FLOAT,), keeps_zero=True)
 first_component = Op(_first, (FLOAT,), splits=True)
 one_minus, one_minus_color = Op(_one_minus, (FLOAT,)), Op(_one_minus, (COLOR,))
 _product = {t: Op(_multiply, (t,), keeps_zero=True) for t in (FLOAT, COLOR, VECTOR)}

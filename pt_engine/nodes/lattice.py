@@ -1,8 +1,8 @@
 """The random gradients at the corners of Perlin noise's cells, for blocks of lanes.
 
-What is wanted is where in `perlin.PAIRS` each corner's gradients are, of two lanes at a time. Two ways lead
-there: hashing every lane's corners, or, where many lanes share few cells, hashing the lattice around them
-once (see `grids`). Both give the same, so the way never shows.
+What is wanted is where in a table each corner's gradients are, of two lanes at a time. Two ways lead there:
+hashing every lane's corners, or, where many lanes share few cells, hashing the lattice around them once (see
+`grids`). Both give the same, so the way never shows.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.memory import Memory
 from .hashes import SEED, hash_uints
 
 Float32 = NDArray[np.float32]
@@ -32,37 +33,37 @@ class Hashes:
     """`hashes.hash_uints` of the corners of a block's cells, cut down to the bits that choose a gradient.
 
     These are the last 5 of the last sum, to which bits 8 to 12 of the step before are added, and so the last
-    13 of that. `work` is room for four numbers at each corner, the first axis the outermost, of each lane.
+    13 of that. `work` is room for four numbers at each corner, the first axis the outermost, of each lane;
+    `memory` has room for the rest.
     """
 
-    def __init__(self, dimension: int, active: tuple[int, ...], work: UInt32) -> None:
+    def __init__(self, dimension: int, active: tuple[int, ...], work: UInt32, memory: Memory) -> None:
         self.dimension, axes = dimension, len(active)
         self.a, self.b, self.c, spare = work
         n = work.shape[-1]
         self.start = np.array((SEED + 4 * dimension) & 0xFFFFFFFF, np.uint32)
-        self.corners = np.empty((2, dimension, n), np.uint32)
+        self.corners = memory.array((2, dimension, n), np.uint32)
         self.keys = [corner.reshape((1,) * axes + (n,)) for corner in self.corners[0]]
         for k, axis in enumerate(active):
             self.keys[axis] = self.corners[:, axis].reshape(*along(k, axes), n)
         self.three = [*self.keys, self.start, self.start][:3]
         _, y, z = self.three
-        self.first = np.empty(np.broadcast_shapes(y.shape, z.shape), np.uint32)
+        self.first = memory.array(np.broadcast_shapes(y.shape, z.shape), np.uint32)
         self.turned = {y.shape: halves(spare, y.shape) for y in (y, self.first, self.a)}
         # with bytes one up the next 8 bits come to lie on the lowest ones, without a shift
         self.last, self.next = (bits.reshape(-1).view(np.uint8) for bits in (self.c, self.b))
         self.last, self.next = self.last[:-1], self.next[1:]
-        bits = SIZES[dimension].bit_length() - 1
-        self.side_by_side = np.tile(np.array([32 - bits, 0], np.uint32), n // 2)
-        self.rest, self.both = np.array(32 - bits, np.uint64), np.array((1 << 2 * bits) - 1, np.uint64)
+        flat = spare.reshape(-1).view(np.uint8)[: spare.size]
+        self.bytes, self.packed = flat.reshape(spare.shape), flat.view(np.uint32)
+        self.mask = np.array(0x01010101 * (SIZES[dimension] - 1), np.uint32)
 
     def pairs(self, low: Float32, index: Index) -> None:
-        """Where in `PAIRS` the corners of the cells `low` are, lane after lane in pairs."""
-        found = self.of_corners(low.astype(np.int32).view(np.uint32))
-        # of the two in 64 bits the first one's last bits come to lie below those of the second
-        np.left_shift(found, self.side_by_side, out=found)
-        wide, out = found.view(np.uint64), index.view(np.uint64)  # may be the same memory
-        np.right_shift(wide, self.rest, out=out)
-        out &= self.both
+        """Where in `perlin.APART` the corners of the cells `low` are, lane after lane in pairs."""
+        cell = self.corners[0]
+        np.copyto(cell.view(np.int32), low, casting="unsafe")
+        np.copyto(self.bytes, self.of_corners(cell), casting="unsafe")
+        np.bitwise_and(self.packed, self.mask, self.packed)
+        np.copyto(index, self.bytes.view(np.uint16))
 
     def of_corners(self, cell: UInt32) -> UInt32:
         """Right in the lowest 5 bits."""

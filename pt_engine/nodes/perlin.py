@@ -17,6 +17,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.memory import Memory, in_large_pages
 from .grids import FEW, GRIDS, Grid
 from .lattice import SIZES, Hashes, along
 
@@ -31,6 +32,7 @@ MANY_PERIODS: Final = 5000 * PERIOD  # float32 holds all multiples of the period
 HUGE: Final = 1e15  # below it a float64 holds every multiple of the period exactly
 KEPT: Final = 4  # blocks' buffers
 BLOCK: Final = 65536  # corners at a time: few calls, and some arrays of them still fit a core's cache
+SPACE: Final = 48 * BLOCK  # bytes that are enough for the buffers of the largest block
 ONE, SIX, TEN, FIFTEEN = (np.array(k, np.float32) for k in (1, 6, 10, 15))
 
 
@@ -56,15 +58,17 @@ def _gradients(dimension: int) -> Float32:
     return table
 
 
-def _pairs(gradients: Float32) -> NDArray[np.complex64]:
-    """(dimension, K²) gradients of two lanes, one + i·other, by one + K·other."""
-    one, other = gradients[:, None, :], gradients[:, :, None]
-    table: NDArray[np.complex64] = (one + 1j * other).astype(np.complex64)
-    return table.reshape(len(gradients), -1)
+def _pairs(gradients: Float32, step: int) -> NDArray[np.complex64]:
+    """(dimension, K·step) gradients of two lanes, one + i·other, by one + step·other."""
+    dimension, size = gradients.shape
+    table = np.zeros((dimension, size, step), np.complex64)
+    table[..., :size] = gradients[:, None, :] + 1j * gradients[:, :, None]
+    return table.reshape(dimension, -1)
 
 
 GRADIENTS: Final = {d: _gradients(d) for d in (1, 2, 3, 4)}
-PAIRS: Final = {d: _pairs(table) for d, table in GRADIENTS.items()}
+PAIRS: Final = {d: _pairs(table, table.shape[1]) for d, table in GRADIENTS.items()}
+APART: Final = {d: _pairs(table, 256) for d, table in GRADIENTS.items()}  # a byte for each lane
 
 
 class Cloud(NamedTuple):
@@ -114,10 +118,11 @@ def scaled_noise(cloud: Cloud, scale: Float32) -> Float32:
         if any(turned for turned, _ in shift):
             ends = _shifted(np.array(ends, np.float32), shift).tolist()
         grid = GRIDS.around([math.floor(a) for a, _ in ends], [math.floor(b) for _, b in ends], size)
-    count = max(round((size << dimension) / BLOCK), 1)
+    count = -(-(size << dimension) // BLOCK)
     n = -(-size // count)
     m = n + n % 2  # lanes go in pairs
-    point, low = np.zeros((dimension, m), np.float32), np.empty((dimension, m), np.float32)
+    point, low = ROOM.rows(dimension, m)
+    point[:, n:] = 0
     every = (*range(dimension),)
     for k in range(count):
         start = min(k * n, size - n)  # all blocks are of one size; the last overlaps the one before
@@ -128,8 +133,8 @@ def scaled_noise(cloud: Cloud, scale: Float32) -> Float32:
         else:
             _shifted(point, shift)
         np.floor(point, low)
-        off = point != low
-        active = every if off[:, 0].all() else (*np.flatnonzero(off.any(axis=1)).tolist(),)
+        off = point[:, 0] != low[:, 0]  # mostly one lane tells
+        active = every if off.all() else (*np.flatnonzero((point != low).any(axis=1)).tolist(),)
         found = ROOM.block(dimension, active, m).blend(point, low, grid)
         np.multiply(found[:n], np.float32(SCALE[dimension - 1]), out=out[start : start + n])
     out += np.float32(0)  # of two zeros always the positive one, whichever corners were left out
@@ -174,15 +179,28 @@ def _periodic(p: Float32) -> Float32:
 
 
 class Room(threading.local):
-    """Buffers for blocks of lanes, kept by each thread: fresh memory for each step would double its cost."""
+    """Buffers for blocks of lanes, kept by each thread: fresh memory for each step would double its cost.
+
+    Blocks are worked on one after the other, so all lie in the same place, and that fits a core's cache.
+    """
 
     def __init__(self) -> None:
+        self._memory = in_large_pages(SPACE)
         self._blocks: dict[tuple[int, tuple[int, ...], int], Block] = {}
 
+    def rows(self, dimension: int, n: int) -> Float32:
+        """(2, dimension, n) for a block's points and the cells where they are."""
+        rows: Float32 = Memory(self._memory).array((2, dimension, n), np.float32)
+        return rows
+
     def block(self, dimension: int, active: tuple[int, ...], n: int) -> Block:
-        """The buffers for such a block, among the last few that were asked for."""
+        """The buffers for such a block beside its `rows`, among the last few that were asked for."""
         key = dimension, active, n
-        block = self._blocks.pop(key, None) or Block(*key)
+        block = self._blocks.pop(key, None)
+        if block is None:
+            memory = Memory(self._memory)
+            memory.array((2, dimension, n), np.float32)
+            block = Block(memory, *key)
         if len(self._blocks) >= KEPT:
             del self._blocks[next(iter(self._blocks))]
         self._blocks[key] = block
@@ -197,6 +215,8 @@ class Block:
 
     Parameters
     ----------
+    memory : Memory
+        Where its buffers are.
     dimension : int
         1 to 4.
     active : tuple of int
@@ -205,18 +225,19 @@ class Block:
         Number of lanes, even.
     """
 
-    def __init__(self, dimension: int, active: tuple[int, ...], n: int) -> None:
+    def __init__(self, memory: Memory, dimension: int, active: tuple[int, ...], n: int) -> None:
         self.dimension, self.active, self.n = dimension, active, n
         axes = len(active)
         if axes == 0:
             return
-        work = np.empty((4, *(2,) * axes, n), np.uint32)  # hashes, and once they are known what comes after
-        self.hashes = Hashes(dimension, active, work)
+        # hashes, and once they are known what comes after
+        work = memory.array((4, *(2,) * axes, n), np.uint32)
+        self.hashes = Hashes(dimension, active, work, memory)
         self.pairs, self.index = work[:2].view(np.complex64), work[2].view(np.intp)
         self.slopes, self.term = work[:2].view(np.float32)
-        self.sides = np.empty((2, axes, n), np.float32)  # distances from the near and the far corners
+        self.sides = memory.array((2, axes, n), np.float32)  # distances from the near and the far corners
         self.offsets = [self.sides[:, k].reshape(*along(k, axes), n) for k in range(axes)]
-        self.fade, self.cube = np.empty((axes, n), np.float32), np.empty((axes, n), np.float32)
+        self.fade, self.cube = memory.array((2, axes, n), np.float32)
         self.halves, numbers = [], self.slopes
         for fade in self.fade:
             near, numbers = numbers
@@ -226,6 +247,7 @@ class Block:
         """Unscaled noise of points in the cells that begin at `low`: slopes, blended axis after axis."""
         if not self.active:
             return np.zeros(self.n, np.float32)
+        table = (APART if grid is None else PAIRS)[self.dimension]
         if grid is None:
             self.hashes.pairs(low, self.index)
         else:
@@ -233,7 +255,7 @@ class Block:
         self._place(point, low)
         numbers, more = self.slopes, self.term
         for k, (axis, offset) in enumerate(zip(self.active, self.offsets, strict=True)):
-            PAIRS[self.dimension][axis].take(self.index, out=self.pairs[min(k, 1)], mode="clip")
+            table[axis].take(self.index, out=self.pairs[min(k, 1)], mode="clip")
             if k:
                 more *= offset
                 numbers += more

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .ir import Call, Const, Op, Result, Static, Value, first_component, shift_of
+from .ir import Call, Const, Op, Result, Static, Value, as_float, first_component, shift_of
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -151,9 +151,10 @@ class Entry:
         self.table = table
         self.outputs = [structure.roots[r] for r in roots]
         needed = components_taken(needed_steps(structure.steps, self.outputs), table)
-        self.steps = components_read(needed, self.outputs)
+        size = sum(len(s.op.types) for s in structure.steps)
+        self.steps = components_read(taken_together(needed, table, size), self.outputs)
         self._dead = dead_after(self.steps, self.outputs)
-        self._size = sum(len(s.op.types) for s in structure.steps)
+        self._size = max([size, *(s.first + len(s.op.types) for s in self.steps)])
         used = {s.number for step in self.steps for s in step.args if s.constant}
         used |= {s.number for s in self.outputs if s.constant}
         self._constants: list[Any] = [None] * len(table.fixed)
@@ -245,6 +246,32 @@ def components_taken(steps: Sequence[Step], table: ConstantTable) -> list[Step]:
                 taken.append(whole)
         if step not in taken:
             taken.append(step)
+    return taken
+
+
+def taken_together(steps: Sequence[Step], table: ConstantTable, size: int) -> list[Step]:
+    """Steps whose results one op gives jointly take them from there; its results' numbers begin at `size`."""
+    groups: dict[tuple[Any, ...], dict[int, int]] = {}
+    for step in steps:
+        joint = step.op.joint(*step.static)
+        if joint is not None:
+            what, static, number = joint
+            key = what, static, step.shift, *(table.identity(slot) for slot in step.args)
+            groups.setdefault(key, {})[step.first] = number
+    taken: list[Step] = []
+    joint_of = {first: (key[:2], group) for key, group in groups.items() if len(group) > 1 for first in group}
+    begins: dict[int, int] = {}
+    for step in steps:
+        if step.first not in joint_of:
+            taken.append(step)
+            continue
+        (what, static), group = joint_of[step.first]
+        if id(group) not in begins:
+            begins[id(group)] = size
+            taken.append(Step(what, static, step.shift, step.args, size))
+            size += len(what.types)
+        arg = Slot(False, begins[id(group)] + group[step.first], step.op.types[0])
+        taken.append(Step(as_float, (), 0, (arg,), step.first))
     return taken
 
 

@@ -23,10 +23,9 @@ from .voronoi_cells import (
     Settings,
     distance,
     neighbours,
-    second_smallest,
     smallest,
-    sum_of,
     sum_of_squares,
+    two_smallest,
 )
 
 BLOCK: Final = 65536  # cells at a time
@@ -90,6 +89,11 @@ def _ways(cells: Cells, points: list[Float32]) -> list[Float32]:
     return [p - q for p, q in zip(points, cells.local, strict=True)]
 
 
+def _ways_alone(cells: Cells, points: list[Float32]) -> list[Float32]:
+    """The same in the points' memory."""
+    return [np.subtract(p, q, out=p) for p, q in zip(points, cells.local, strict=True)]
+
+
 def f1(settings: Settings, point: Point) -> Octave:
     """The nearest point."""
     return _octave(mostly_near(_near_f1, _f1, settings, point))
@@ -125,32 +129,37 @@ def _f2(settings: Settings, point: Point) -> tuple[Float32, ...]:
 def distances(settings: Settings, point: Point) -> Float32:
     """(n,) distance of `f1`, or of `f2`, without what else they give."""
     if settings.feature == "F2":
-        return mostly_near(_near_second_distance, _second_distance, settings, point)[0]
+        return two_distances(settings, point)[1]
     return mostly_near(_near_distance, _distance, settings, point)[0]
 
 
 def _distance(settings: Settings, point: Point) -> tuple[Float32, ...]:
     cells = Cells(settings, point)
-    return (smallest(distance(settings, _ways(cells, cells.points()))),)
+    return (smallest(distance(settings, _ways_alone(cells, cells.points()))),)
 
 
-def _second_distance(settings: Settings, point: Point) -> tuple[Float32, ...]:
+def two_distances(settings: Settings, point: Point) -> Arrays:
+    """(n,) distances of `f1` and of `f2`, whose settings these are."""
+    return mostly_near(_near_two_distances, _two_distances, settings, point)
+
+
+def _two_distances(settings: Settings, point: Point) -> Arrays:
     cells = Cells(settings, point)
-    return (second_smallest(distance(settings, _ways(cells, cells.points()))),)
+    return two_smallest(distance(settings, _ways_alone(cells, cells.points())))
 
 
 def _near_distance(settings: Settings, point: Point) -> Arrays:
     cells = Cells(settings, point)
     offset, far = cells.near()
-    found = smallest(distance(settings, _ways(cells, cells.points_at(offset))))
+    found = smallest(distance(settings, _ways_alone(cells, cells.points_at(offset))))
     return found, found < far * SURE
 
 
-def _near_second_distance(settings: Settings, point: Point) -> Arrays:
+def _near_two_distances(settings: Settings, point: Point) -> Arrays:
     cells = Cells(settings, point)
     offset, far = cells.near()
-    found = second_smallest(distance(settings, _ways(cells, cells.points_at(offset))))
-    return found, found < far * SURE
+    first, second = two_smallest(distance(settings, _ways_alone(cells, cells.points_at(offset))))
+    return first, second, second < far * SURE
 
 
 def smooth_f1(settings: Settings, point: Point) -> Octave:
@@ -187,16 +196,28 @@ def _edge_distance(settings: Settings, point: Point) -> tuple[Float32, ...]:
         before, own, after = cells.points()[0]
         sides = [np.abs((own + p) * np.float32(0.5) - cells.local[0]) for p in (before, after)]
         return (np.minimum(*sides),)
-    ways = _ways(cells, cells.points())
+    ways = _ways_alone(cells, cells.points())
     best = Nearest(sum_of_squares(ways)).of(ways)
-    across = [w - b for w, b in zip(ways, best, strict=True)]
-    size = sum_of_squares(across)
-    same = ~(size > np.float32(0.0001))  # the nearest cell itself has no border with itself
-    middle = sum_of([(w + b) * np.float32(0.5) * a for w, b, a in zip(ways, best, across, strict=True)])
-    size += same
-    middle *= ~same / np.sqrt(size)
-    middle += same * FAR
+    size, middle = _twice_middle(ways[0], best[0])
+    for way, nearest in zip(ways[1:], best[1:], strict=True):
+        for total, part in zip((size, middle), _twice_middle(way, nearest), strict=True):
+            total += part
+    # the nearest cell itself has no border with itself
+    same = np.flatnonzero(~(size > np.float32(0.0001)))
+    size.reshape(-1)[same] = 1
+    np.sqrt(size, out=size)
+    middle *= np.divide(np.float32(0.5), size, out=size)
+    middle.reshape(-1)[same] = FAR
     return (smallest(middle),)
+
+
+def _twice_middle(way: Float32, nearest: Float32) -> tuple[Float32, Float32]:
+    """Along an axis (way − nearest)² and, in the memory of the way, (way + nearest)·(way − nearest)."""
+    across = way - nearest
+    way += nearest
+    way *= across
+    across *= across
+    return across, way
 
 
 def sphere_radius(settings: Settings, point: Point) -> Float32:

@@ -40,9 +40,11 @@ class Settings(NamedTuple):
 
 
 def distance(settings: Settings, difference: Point) -> Float32:
-    """Length of a difference by the metric."""
+    """Length of a difference by the metric, in its memory."""
     if settings.metric == "EUCLIDEAN" and len(difference) > 1:
-        squares = sum_of_squares(difference)
+        squares, *others = (np.multiply(d, d, out=d) for d in difference)
+        for other in others:
+            squares += other
         return np.sqrt(squares, out=squares)
     size = [np.abs(d) for d in difference]
     if len(size) == 1:
@@ -200,8 +202,8 @@ def smallest(values: Float32) -> Float32:
     return nearest
 
 
-def second_smallest(values: Float32) -> Float32:
-    """(n,) the second smallest of (K, n), at most FAR: a tournament of which the two best are kept."""
+def two_smallest(values: Float32) -> tuple[Float32, Float32]:
+    """(n,) the two smallest of (K, n), at most FAR: a tournament of which the two best are kept."""
     count = len(values)
     rows = np.full((1 << (count - 1).bit_length(), values.shape[1]), FAR)
     np.fmin(values, FAR, out=rows[:count])
@@ -212,5 +214,4 @@ def second_smallest(values: Float32) -> Float32:
         high = np.minimum(high[:half], high[half:])
         np.minimum(high, np.maximum(low[:half], low[half:]), out=high)
         low = np.minimum(low[:half], low[half:])
-    second: Float32 = high[0]
-    return second
+    return low[0], high[0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from . import voronoi
 from .coordinates import coordinates
 from .graph import NodeView
-from .ir import COLOR, FLOAT, VECTOR, Value, op
+from .ir import COLOR, FLOAT, VECTOR, Op, Static, Value, op
 from .math_nodes import divide, select
 from .noise import Octaves
 from .noise_nodes import point_of
@@ -20,6 +20,7 @@ from .voronoi_cells import Point, Settings, distance
 
 Float32 = NDArray[np.float32]
 ONE: Final = np.ones(1, np.float32)
+TWO: Final = ("F1", "F2")
 
 
 def _settings(feature: str, metric: str, *inputs: Float32) -> Settings:
@@ -52,7 +53,7 @@ def lerp(a: Float32, b: Float32, t: Float32) -> Float32:
 def farthest(settings: Settings, dimension: int) -> Float32:
     """The greatest distance a feature can have, for Normalize."""
     half = np.float32(0.5) + np.float32(0.5) * settings.randomness
-    reach = half if dimension == 1 else distance(settings, [half] * dimension)
+    reach = half if dimension == 1 else distance(settings, [half.copy() for _ in range(dimension)])
     return reach * 2 if settings.feature == "F2" else reach
 
 
@@ -114,7 +115,11 @@ INPUTS: Final = (
 )
 
 
-@op(FLOAT, rest=INPUTS, dear=True)
+def _with_the_other(feature: str, *static: Any) -> tuple[Op, Static, int] | None:
+    return (voronoi_distances, static, TWO.index(feature)) if feature in TWO else None
+
+
+@op(FLOAT, rest=INPUTS, joint=_with_the_other, dear=True)
 def voronoi_distance(
     feature: str, metric: str, dimensions: int, normalize: bool, *inputs: Float32
 ) -> Float32:
@@ -125,6 +130,22 @@ def voronoi_distance(
         return whole
     distance = voronoi.distances(settings, point)
     return divide(distance, farthest(settings, dimensions)) if normalize else distance
+
+
+@op(FLOAT, FLOAT, rest=INPUTS, dear=True)
+def voronoi_distances(
+    metric: str, dimensions: int, normalize: bool, *inputs: Float32
+) -> tuple[Float32, Float32]:
+    """Distances of the F1 and the F2 feature."""
+    settings, point, detail, *_ = _inputs("F2", metric, dimensions, inputs)
+    if (detail != 0).any():
+        first, second = (voronoi_distance(f, metric, dimensions, normalize, *inputs) for f in TWO)
+        return first, second
+    first, second = voronoi.two_distances(settings, point)
+    if normalize:
+        first = divide(first, farthest(settings._replace(feature="F1"), dimensions))
+        second = divide(second, farthest(settings, dimensions))
+    return first, second
 
 
 @op(FLOAT, COLOR, VECTOR, FLOAT, rest=INPUTS, alone=voronoi_distance, dear=True)

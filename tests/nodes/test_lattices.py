@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
+from pt_engine.core import memory
 from pt_engine.nodes import grids, lattice, noise, noise_nodes, perlin, voronoi, voronoi_cells
 from pt_engine.nodes.hashes import hash_uints
 
@@ -93,6 +94,15 @@ def test_blocks_of_perlin_noise_overlap_and_share_buffers(dimension):
         np.testing.assert_array_equal(together[k], perlin.signed_noise([p[k : k + 1] for p in many])[0])
 
 
+@pytest.mark.parametrize("dimension", [1, 2, 3, 4])
+def test_the_largest_block_has_room(dimension):
+    """Whichever its axes are."""
+    lanes = perlin.BLOCK >> dimension
+    for count in range(1, dimension + 1):
+        for active in itertools.combinations(range(dimension), count):
+            perlin.Room().block(dimension, active, lanes)
+
+
 @pytest.mark.parametrize("size", [1, 50, 3000])
 def test_octaves_together_are_octaves_one_by_one(size):
     """Noise of p, λp, λ²p ...: few lanes go several octaves at a time."""
@@ -138,9 +148,9 @@ def test_the_shortened_hash_has_the_low_bits_of_the_whole(dimension):
     random = np.random.default_rng(0)
     keys = [random.integers(0, 2**32, 1000, np.uint32) for _ in range(dimension)]
     cells = np.stack(keys)
-    hashes = lattice.Hashes(
-        dimension, tuple(range(dimension)), np.empty((4, *(2,) * dimension, 1000), np.uint32)
-    )
+    room = memory.Memory(np.empty(1 << 18, np.uint8))
+    work = room.array((4, *(2,) * dimension, 1000), np.uint32)
+    hashes = lattice.Hashes(dimension, tuple(range(dimension)), work, room)
     for corner in itertools.product((0, 1), repeat=dimension):
         whole = hash_uints(*(key + np.uint32(step) for key, step in zip(keys, corner, strict=True)))
         found = hashes.of_corners(cells)[corner]

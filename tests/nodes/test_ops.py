@@ -258,7 +258,9 @@ def conversions() -> list[ir.Value]:
     part = b.call(ir.first_component, values[2])  # programs put it in, not nodes, as they do the next
     inputs = [values[1], *values[:1] * 8]
     distance = b.call(voronoi_nodes.voronoi_distance, *inputs, static=("F2", "EUCLIDEAN", 3, True))
-    return [*values, *made, normal, lit, *direction, *part, *distance]
+    both = b.call(voronoi_nodes.voronoi_distances, *inputs, static=("EUCLIDEAN", 3, True))
+    same = b.call(ir.as_float, values[0])
+    return [*values, *made, normal, lit, *direction, *part, *distance, *both, *same]
 
 
 def test_conversions_give_float32() -> None:

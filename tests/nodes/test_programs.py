@@ -292,6 +292,24 @@ def test_a_result_that_nothing_reads_costs_nothing():
     np.testing.assert_array_equal(product, color * distance)
 
 
+@pytest.mark.parametrize(("scale", "detail"), [(5.0, 0.0), (5.0, 1.5), (7.0, 0.0)])
+def test_the_nearest_and_the_second_nearest_point_are_looked_for_once(scale, detail):
+    """F1 and F2 of the same cells are one step; of cells of another size they are two. The same values."""
+    link, nodes = {"Vector": Link(0, "Color")}, []
+    for feature, size in (("F1", 5.0), ("F2", scale)):
+        inputs = link | {"Scale": size, "Detail": detail}
+        nodes.append(Node("TexVoronoi", feature, inputs, {"feature": feature, "normalize": True}))
+    both = Node("Emission", "lamp", {"Color": Link(1, "Distance"), "Strength": Link(2, "Distance")})
+    compiled = compile_materials(
+        [graph(attribute(), *nodes, both)] + [shining(attribute(), node, socket="Distance") for node in nodes]
+    )
+    found = [name for name in steps(compiled) if "voronoi" in name]
+    assert found == (["voronoi_distances"] if scale == 5 else ["voronoi_distance"] * 2)
+    points = np.random.default_rng(0).random((3, 2000), np.float32) * 10
+    product, nearest, second = (emitted(compiled, k, colors={"A": points}) for k in range(3))
+    np.testing.assert_array_equal(product, nearest * second)
+
+
 def test_channels_of_noise_that_nothing_reads_cost_nothing():
     """Red and blue of the noise are taken apart: green's fractal is left out, and they stay as they were."""
     noise = Node("TexNoise", "noise", {"Vector": Link(0, "Color")})
