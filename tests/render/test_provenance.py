@@ -27,10 +27,10 @@ def test_a_bsdf_that_samples_bad_weights_is_named(value):
     assert {s["bounce"] for s in found["samples"]} >= {0}
 
 
-@pytest.mark.parametrize("value", [np.nan, -1.0])
+@pytest.mark.parametrize("value", [np.nan, -10.0])
 def test_a_bsdf_that_evaluates_to_what_cannot_be_is_named(value):
     """The shadow ray is traced for such a value, too, and does not hide it."""
-    found = told(with_bsdf(poisoned("eval", value, lambda x: np.abs(x) < 0.02)))
+    found = told(with_bsdf(poisoned("eval", value, lambda x: np.abs(x) < 0.4)))
     assert found["count"] > 0
     for sample in found["samples"]:
         assert sample["material"] == "brass"
