@@ -6,7 +6,8 @@ for each other are counted. Without a clock on the thread a stage costs one look
 
 With one it costs ten to twenty microseconds (caches that forget, not the clock's own instructions), a hundred
 times a wavefront: 3 to 5 % of a render. So a clock may look into a part of the units of work alone, which are
-spread evenly over the render by the golden ratio: no period of tiles or passes keeps step with it. Rays, and
+spread evenly over the render by the golden ratio: no period of tiles or passes keeps step with it. The first
+unit is looked into, too, and stands for itself alone, for tables are made in it that last for all. Rays, and
 the vertices of each batch, are counted in all of them; to tell a batch's materials apart takes 7 ns a vertex,
 and is left to those units and to the first wavefront that meets the batch.
 """
@@ -68,6 +69,7 @@ class Clock:
 
     def __init__(self, stage: str = "rest", part: float = 1.0) -> None:
         self._part, self._units = part, 0
+        self.first: dict[Cell, float] = {}  # seconds by the end of the first unit
         self.rays: Counter[tuple[str, int]] = Counter()
         self.shaded: Counter[int] = Counter()  # vertices of each batch
         self.vertices: Counter[int] = Counter()  # of each material, where somebody looked
@@ -113,6 +115,8 @@ class Clock:
 
     def looks_into_next(self) -> bool:
         """Whether the stages of the next unit are told apart; those of the first are."""
+        if self._units == 1:
+            self.first = self.seconds
         looks = self._units * GOLDEN % 1.0 < self._part
         self._units += 1
         return looks

@@ -12,10 +12,13 @@ with probability close to 1/2.
 
 from __future__ import annotations
 
+from typing import Any, cast, overload
+
 import numpy as np
 from numpy.typing import NDArray
 
 UInt32 = NDArray[np.uint32]
+UInt64 = NDArray[np.uint64]
 Float32 = NDArray[np.float32]
 
 _M1, _M2 = np.uint32(0x21F0AAAD), np.uint32(0xD35A2D97)
@@ -49,16 +52,24 @@ def keyed_hash_inplace(x: UInt32, key: UInt32 | None, scratch: UInt32) -> None:
     np.bitwise_xor(x, scratch, out=x)
 
 
-def hash_words(*words: int) -> int:
-    """One 32-bit hash of any number of integers (each taken modulo 2⁶⁴), for seeds and dimensions."""
-    h = 0x6A09E667
+@overload
+def hash_words(*words: int) -> int: ...  # type: ignore[overload-overlap]  # arrays are no ints
+@overload
+def hash_words(*words: int | UInt64) -> UInt64: ...
+def hash_words(*words: int | UInt64) -> int | UInt64:
+    """One 32-bit hash of any number of integers (each taken modulo 2⁶⁴), for seeds and dimensions.
+
+    Some may be arrays, of one shape: then so is the hash.
+    """
+    h: Any = 0x6A09E667
     for word in words:
         for half in (word & _MASK, (word >> 32) & _MASK):
-            h = _lowbias32_int((h + half * GOLDEN + 1) & _MASK)
-    return _lowbias32_int(h ^ 0xBB67AE85)
+            h = _lowbias32_of((h + half * GOLDEN + 1) & _MASK)
+    return cast("int | UInt64", _lowbias32_of(h ^ 0xBB67AE85))
 
 
-def _lowbias32_int(x: int) -> int:
+def _lowbias32_of(x: Any) -> Any:
+    """`lowbias32` of an int or of a uint64 array, whose products do not overflow."""
     x = ((x ^ (x >> 16)) * int(_M1)) & _MASK
     x = ((x ^ (x >> 15)) * int(_M2)) & _MASK
     return x ^ (x >> 15)

@@ -153,8 +153,10 @@ class Sobol(Sampler):
     def __init__(self, seed: int = 0) -> None:
         super().__init__(seed)
         self._directions = sobol.direction_numbers()
-        # Per dimension the block of samples in use and its table: one assignment, so threads never see half.
+        # Per dimension the block of samples in use and its table, and per set its order: one assignment, so
+        # threads never see half.
         self._blocks: dict[int, tuple[int, UInt32]] = {}
+        self._orders: dict[int, tuple[int, UInt32]] = {}
 
     def state(self, pixel: NDArray[np.integer], sample: NDArray[np.integer]) -> UInt32:
         state = super().state(pixel, sample)
@@ -170,23 +172,33 @@ class Sobol(Sampler):
         if known is not None and known[0] == block:
             return known[1]
         sample, group = np.divmod(np.arange(BLOCK * GROUPS, dtype=np.uint32), np.uint32(GROUPS))
-        table = self.points(dimension, sample + np.uint32(block * BLOCK), group)
+        sample += np.uint32(block * BLOCK)
+        number = dimension // SET
+        order = self._orders.get(number)
+        if order is None or order[0] != block:
+            order = self._orders[number] = block, self._shuffled(number, sample, group)
+        table = self._scrambled(dimension, order[1], sample, group)
         self._blocks[dimension] = (block, table)
         return table
 
     def points(self, dimension: int, sample: UInt32, group: UInt32) -> UInt32:
         """Scrambled points of samples (n,), each in the order and the scramble of its group."""
-        number, column = divmod(dimension, SET)
-        half = sample & np.uint32(1)
-        order = self._seeds(SHUFFLED, number)[half, group]
-        points = sobol.points(self._directions[column], sobol.shuffled(sample >> np.uint32(1), order))
-        return sobol.owen_scramble(points, self._seeds(SCRAMBLED, dimension)[half, group])
+        order = self._shuffled(dimension // SET, sample, group)
+        return self._scrambled(dimension, order, sample, group)
+
+    def _shuffled(self, number: int, sample: UInt32, group: UInt32) -> UInt32:
+        """Which points of the sequence samples are in a set of dimensions."""
+        seeds = self._seeds(SHUFFLED, number)[sample & np.uint32(1), group]
+        return sobol.shuffled(sample >> np.uint32(1), seeds)
+
+    def _scrambled(self, dimension: int, order: UInt32, sample: UInt32, group: UInt32) -> UInt32:
+        seeds = self._seeds(SCRAMBLED, dimension)[sample & np.uint32(1), group]
+        return sobol.owen_scramble(sobol.points(self._directions[dimension % SET], order), seeds)
 
     def _seeds(self, purpose: int, number: int) -> UInt32:
         """(2, GROUPS): of each sequence and group."""
-        words = (self.seed, purpose, number)
-        seeds = [[hash_words(*words, half, group) for group in range(GROUPS)] for half in range(2)]
-        return np.array(seeds, np.uint32)
+        half, group = np.divmod(np.arange(2 * GROUPS, dtype=np.uint64), np.uint64(GROUPS))
+        return hash_words(self.seed, purpose, number, half, group).astype(np.uint32).reshape(2, GROUPS)
 
 
 class SobolStream:

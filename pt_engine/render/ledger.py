@@ -80,7 +80,7 @@ class Ledger:
         """Seconds of all threads."""
         total: dict[Cell, float] = defaultdict(float)
         for each in self._clocks:
-            for cell, seconds in whole(each.seconds).items():
+            for cell, seconds in whole(each.seconds, each.first).items():
                 total[cell] += seconds
         return dict(total)
 
@@ -146,16 +146,25 @@ class Ledger:
         return dict(sorted(found.items(), key=lambda item: -item[1]["seconds"]))
 
 
-def whole(seconds: Mapping[Cell, float]) -> dict[Cell, float]:
-    """The cells of a thread, among which the time of units that nobody looked into is shared out."""
-    timed = sum(part for cell, part in seconds.items() if cell.stage in OF_UNITS)
+def whole(seconds: Mapping[Cell, float], first: Mapping[Cell, float]) -> dict[Cell, float]:
+    """The cells of a thread, among which the time of units that nobody looked into is shared out.
+
+    Those are like the units after the `first`, if any of these was looked into.
+    """
+    later = {cell: part - first.get(cell, 0.0) for cell, part in seconds.items()}
+    known = later if _of_units(later) > 0 else seconds
     untimed = sum(part for cell, part in seconds.items() if cell.stage == UNTIMED)
-    more = 1.0 + untimed / timed if timed > 0 else 1.0
+    more = untimed / _of_units(known) if untimed else 0.0
     return {
-        cell: part * more if cell.stage in OF_UNITS else part
+        cell: part + (known[cell] * more if cell.stage in OF_UNITS else 0.0)
         for cell, part in seconds.items()
         if cell.stage != UNTIMED
     }
+
+
+def _of_units(seconds: Mapping[Cell, float]) -> float:
+    """Sum over the stages of units that were looked into."""
+    return sum(part for cell, part in seconds.items() if cell.stage in OF_UNITS)
 
 
 def _sums(parts: Iterator[tuple[str, float]] | Any) -> dict[str, float]:

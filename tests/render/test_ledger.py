@@ -132,6 +132,31 @@ def test_it_changes_no_bit():
     )
 
 
+def test_what_is_made_once_does_not_count_for_every_unit(monkeypatch):
+    """100 s of tables in the first unit, a second of work in each: a twelfth is looked into."""
+    at = [0.0]
+    monkeypatch.setattr(clock, "now", lambda: at[0])
+
+    def takes(seconds):
+        at[0] += seconds
+
+    tables, work = stage("random")(takes), stage("bsdf")(takes)
+
+    @clock.unit_of_work
+    def unit(number):
+        if number == 0:
+            tables(100)
+        work(1)
+
+    ledger = Ledger()
+    with ledger.running():
+        for number in range(60):
+            unit(number)
+    seconds = {cell.stage: part for cell, part in ledger.cells().items()}
+    assert seconds["random"] == pytest.approx(100)
+    assert seconds["bsdf"] == pytest.approx(60)
+
+
 def test_a_generator_counts_only_while_it_runs():
     @stage("inner")
     def numbers():
