@@ -1,6 +1,7 @@
 """The house rules that no linter knows: sizes, and who may import what."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -26,6 +27,7 @@ KEEPERS = {
 }
 
 
+@cache
 def imported(path: Path) -> set[str]:
     """Top-level names of the absolute imports of a file, wherever in it they stand."""
     names = set()

@@ -19,6 +19,8 @@ from pt_engine.scene.geometry import SKY  # noqa: E402
 from pt_engine.scene.prepare import prepare  # noqa: E402
 from pt_engine.scene.wave import Rays  # noqa: E402
 
+pytestmark = pytest.mark.slow  # physics that no Python changes
+
 SIZE = (31, 22)
 FIRST = 0.5 + 0.5 / 1022  # its filter table has 1024 entries, the 512th for the middle
 EYE = (3.0, -2.0, 1.0)

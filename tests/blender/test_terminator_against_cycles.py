@@ -14,6 +14,8 @@ from support.items import bent_normals  # noqa: E402
 from support.terminators import FRONT, LAMPS, build  # noqa: E402
 from support.tufts import background  # noqa: E402
 
+pytestmark = pytest.mark.slow  # physics that no Python changes
+
 SIZE, CELLS, SAMPLES = (64, 48), (8, 6), 32
 
 

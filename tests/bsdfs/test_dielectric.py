@@ -113,6 +113,7 @@ def test_reciprocal_but_for_eta2(
     np.testing.assert_allclose(there, back, rtol=1e-3, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("eta", [1.0, 1 - 1e-7, 1 + 1e-7, 1.0002, 0.5, 1.5, 100.0, 0.01])
 @pytest.mark.parametrize("alpha", [0.0, 1e-8, 2e-5, 1e-3, 0.1, 1.0])
 def test_hostile_numbers_stay_finite(alpha: float, eta: float) -> None:

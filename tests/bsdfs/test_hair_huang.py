@@ -148,6 +148,7 @@ def test_ways_that_carry_no_light_are_not_sampled() -> None:
     assert mean == pytest.approx(shares.mean(), abs=5 * error)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rough", "aspect", "eta"), [(1e-4, 1.0, 1.0), (0.05, 0.1, 0.5), (1.0, 3.0, 100.0)])
 def test_hostile_numbers_stay_finite(rough: float, aspect: float, eta: float) -> None:
     p = hair(rough, 0.2, aspect, 0.5, sigma=f32(0.0, 1e3, 1e6), eta=eta)

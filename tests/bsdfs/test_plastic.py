@@ -79,6 +79,7 @@ def test_reciprocal() -> None:
         np.testing.assert_allclose(there, back, rtol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("alpha", [0.0, 1e-8, 2e-5, 1e-3, 1.0])
 @pytest.mark.parametrize("eta", [1.0001, 1.5, 100.0])
 def test_hostile_numbers_stay_finite(alpha: float, eta: float) -> None:

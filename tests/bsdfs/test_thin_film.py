@@ -134,6 +134,7 @@ def test_reciprocal(model: ModuleType, params: tuple, cos: float) -> None:
     np.testing.assert_allclose(there, back, rtol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("thickness", "ior"), [(0.0, 1.33), (0.5, 100.0), (300.0, 1e-5), (1e6, 1.0)])
 def test_hostile_numbers_stay_finite(thickness: float, ior: float) -> None:
     film = {"film_thickness": f32(thickness), "film_ior": f32(ior)}

@@ -16,6 +16,8 @@ from pt_engine.render import integrators  # noqa: F401  (fills the registry)
 from pt_engine.render.integrator import INTEGRATORS
 from pt_engine.render.path_state import mis
 
+pytestmark = pytest.mark.slow  # physics that no Python changes
+
 N = 200_000
 
 

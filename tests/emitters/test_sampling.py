@@ -22,6 +22,8 @@ from support.lamps import (
 
 from pt_engine.emitters.environment import EnvironmentMap, texel_directions
 
+pytestmark = pytest.mark.slow  # physics that no Python changes
+
 MIXED = (SIZED["sphere"], SIZED["rectangle"], SIZED["disk"], SIZED["sun"], SIZED["spot"])
 SCENES = {name: (lights(one), None) for name, one in SIZED.items()}
 SCENES["constant environment"] = lights(environment=white()), None

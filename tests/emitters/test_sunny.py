@@ -8,6 +8,8 @@ from support.lamps import density, irradiance, lights, points, smooth, up
 from pt_engine.emitters.environment import EnvironmentMap, texel_directions
 from pt_engine.emitters.sunny import Disc, SunnyEnvironment, cone_directions
 
+pytestmark = pytest.mark.slow  # physics that no Python changes
+
 HIGH, LOW = (0.6, 0.0, 0.8), (0.0, 0.995, 0.0998749)
 SUNS = {
     "half a degree": [(HIGH, 0.0047, 4e4)],

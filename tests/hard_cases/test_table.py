@@ -11,6 +11,8 @@ from pt_engine.selftest.case import Group, run
 from pt_engine.selftest.command import selftest
 from pt_engine.selftest.table import GROUPS, cases, closing, line, markdown
 
+pytestmark = pytest.mark.slow  # physics that no Python changes
+
 ROWS = [pytest.param(case, id=case.name, marks=[] if case.quick else pytest.mark.slow) for case in cases()]
 
 

@@ -17,6 +17,8 @@ from support.closures import furnace_albedo
 
 from pt_engine.scene.snapshot import Graph, Link, Node
 
+pytestmark = pytest.mark.slow  # physics that no Python changes
+
 WHITE = (1.0, 1.0, 1.0, 1.0)
 COSINES = (1.0, 0.4, 0.05)
 QUADRATURE = 0.012  # a grid of 64² loses or finds so much at the edge of the failed samples

@@ -8,6 +8,8 @@ from support.scenes import rendered
 from support.shared_scenes import folder_or_skip, read_exr
 from support.ztest import cell_means, compare
 
+pytestmark = pytest.mark.slow  # physics that no Python changes
+
 
 def ours(content, samples, max_depth, **more):
     """Two independent images, top row first, without alpha."""

@@ -8,6 +8,8 @@ from reference.own_scenes import SCENES
 from support.cycles import by_cycles, by_engine
 from support.ztest import compare
 
+pytestmark = pytest.mark.slow  # physics that no Python changes
+
 SIZE = (64, 48)
 SAMPLES = 64
 TOLERANCE = 0.01  # RMS over cells beyond noise; a scene fails only if the noise can't explain it either
