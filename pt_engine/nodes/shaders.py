@@ -22,6 +22,7 @@ Float32 = NDArray[np.float32]
 ALMOST_SMOOTH = 1e-5  # diffuse roughness up to this is Lambert's law, as in Cycles
 NARROW_PHONG = 0.05  # alpha; Cycles' sampler keeps to the formula for narrower lobes
 WIDE_GLASS = 0.36  # alpha; see `note_rough_glass`
+MORE_LIGHT_IN_CYCLES = "as the formula has it; rougher than 0.6 Cycles adds light that no facet refracts so"
 
 
 # ------------------------------------------------------------------ structure
@@ -207,7 +208,7 @@ def note_rough_glass(n: NodeView, rough: Rough) -> None:
     0.6 less than 0.5 %.
     """
     if not rough.is_at_most(WIDE_GLASS):
-        n.approximate("as the formula has it; rougher than 0.6 Cycles adds light that no facet refracts so")
+        n.approximate(MORE_LIGHT_IN_CYCLES)
 
 
 def add_glass(

@@ -165,7 +165,7 @@ def test_outside_of_the_circle_the_film_is_black_and_opaque(scene, tmp_path):
     """Even a transparent film; its exposure multiplies colours, never alpha."""
     set_camera(scene, {"panorama_type": "FISHEYE_EQUIDISTANT", "fisheye_fov": 4.0})
     scene.render.film_transparent, scene.cycles.film_exposure = True, 1.7
-    theirs, mine = by_cycles(16, SIZE, tmp_path), by_engine(16, SIZE)
+    theirs, mine = by_cycles(64, SIZE, tmp_path), by_engine(64, SIZE)
     for image in (theirs[0], mine[0]):
         np.testing.assert_array_equal(image[:3, :3], np.broadcast_to([0, 0, 0, 1], (3, 3, 4)))
         assert {0.0, 1.0} <= set(np.unique(image[..., 3]))

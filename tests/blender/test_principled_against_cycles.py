@@ -19,6 +19,7 @@ from support.cycles import by_cycles  # noqa: E402
 
 from pt_engine.nodes.compile import compile_materials  # noqa: E402
 from pt_engine.nodes.coverage import EXACT  # noqa: E402
+from pt_engine.nodes.shaders import MORE_LIGHT_IN_CYCLES  # noqa: E402
 
 COLOR = (0.8, 0.4, 0.1)
 CASES = [
@@ -95,4 +96,5 @@ def test_reflects_as_much_as_in_cycles(furnace, case, cos, tmp_path):
     graph = exported_material()
     ours = furnace_albedo(graph, f32(0.0, -sine, cos), position=f32(PLACE, 0.5, 0.0))
     np.testing.assert_allclose(ours, theirs, rtol=4e-3)
-    assert {entry.state for entry in compile_materials([graph]).coverage} == {EXACT}
+    inexact = {entry.effect for entry in compile_materials([graph]).coverage if entry.state != EXACT}
+    assert inexact <= {MORE_LIGHT_IN_CYCLES}  # of lamps, of which there are none here

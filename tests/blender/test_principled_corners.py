@@ -19,6 +19,7 @@ bpy = pytest.importorskip("bpy")
 from support.furnaces import by_cycles_and_us, material, sheet  # noqa: E402
 
 from pt_engine.nodes.coverage import EXACT  # noqa: E402
+from pt_engine.nodes.shaders import MORE_LIGHT_IN_CYCLES  # noqa: E402
 
 pytestmark = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="4.5 has other inputs")
 
@@ -81,7 +82,8 @@ def test_corners_scatter_as_much_as_in_cycles(corners, settings, tmp_path):
     assert np.quantile(error, 0.95) <= 0.01
     assert error.max() <= 0.1
     np.testing.assert_allclose(ours.mean(), theirs.mean(), rtol=1e-3)
-    assert {entry.state for entry in coverage} == {EXACT}
+    inexact = {entry.effect for entry in coverage if entry.state != EXACT}
+    assert inexact <= {MORE_LIGHT_IN_CYCLES}  # of lamps, of which there are none here
 
 
 def test_emission_is_dimmed_as_in_cycles(tmp_path):

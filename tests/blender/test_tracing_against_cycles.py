@@ -77,7 +77,7 @@ CASES = {
 def test_the_mean_is_cycles(name, tmp_path: Path):
     """Differences of 12 × 8 cells within the noise of both, corrected for their number."""
     build(*CASES[name])
-    theirs, mine = by_cycles(32, SIZE, tmp_path), by_engine(32, SIZE)
+    theirs, mine = by_cycles(128, SIZE, tmp_path), by_engine(128, SIZE)
     found = compare(mine, theirs)
     assert found.error < 2e-3, found
 

@@ -37,7 +37,7 @@ def reduced(image, width, height):
 
 @pytest.mark.parametrize(
     ("name", "size", "samples", "max_depth", "mean", "cell"),
-    [("cornell-box", (128, 128), 64, 30, 0.005, 0.02), ("veach-mis", (160, 90), 64, 2, 0.02, 0.04)],
+    [("cornell-box", (128, 128), 64, 30, 0.005, 0.02), ("veach-mis", (160, 90), 256, 2, 0.02, 0.04)],
 )
 def test_published_pictures(name, size, samples, max_depth, mean, cell):
     """Against Tungsten's images, as near as Mitsuba itself comes to them (see the scenes' own notes).
