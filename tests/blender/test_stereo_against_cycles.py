@@ -17,6 +17,8 @@ from pt_engine.blender import final, registration  # noqa: E402
 from pt_engine.blender.record import Session  # noqa: E402
 from pt_engine.scene.prepare import prepare  # noqa: E402
 
+pytestmark = pytest.mark.slow  # physics that no Python changes
+
 SIZE = (31, 22)
 EYE = (3.0, -2.0, 1.0)
 

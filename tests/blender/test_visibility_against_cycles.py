@@ -11,6 +11,8 @@ from support import ztest
 from support.cycles import by_cycles, by_engine
 from support.seen_room import CASES, room
 
+pytestmark = pytest.mark.slow  # physics that no Python changes
+
 SIZE, SAMPLES, CELLS = (36, 24), 64, (6, 4)
 QUICK = {
     "cube unseen by camera",

@@ -10,6 +10,8 @@ from support.rooms import GLASS, MIRROR, ROUGH, SOFT_LAMP, UP, half_transparent,
 
 from pt_engine.scene.snapshot import LightData
 
+pytestmark = pytest.mark.slow  # physics that no Python changes
+
 
 @pytest.mark.parametrize("material", [make.diffuse(0.7), ROUGH, GLASS], ids=lambda m: m.name)
 @pytest.mark.parametrize("lamp", [None, SOFT_LAMP], ids=["mesh light", "area lamp"])

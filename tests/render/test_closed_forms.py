@@ -9,6 +9,8 @@ from support.estimates import assert_within_standard_errors
 
 from pt_engine.scene.snapshot import LightData
 
+pytestmark = pytest.mark.slow  # physics that no Python changes
+
 ALBEDO = 0.8
 UP = np.eye(4)
 DOWN = np.diag([1.0, -1.0, -1.0, 1.0])  # a lamp there shines along +Z
