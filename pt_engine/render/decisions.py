@@ -1,12 +1,13 @@
 """When a render is good enough, and which pixels still need samples.
 
-The target error: pixels are dealt to four quarters in a ring (`adaptive.RING`), and each is finished when the
-*next* one is good enough. A quarter that was lucky has only stopped another: neither the image nor what its
-samples tell of its error knows of the luck. For that, nothing else may tell one of the other. Each quarter
-is taken as an image of its own, with its own mean and its own neighbours, and when a quarter is asked about
-again follows from what was said about it before. Where the one that tells is finished itself, it has the
-last word: n (E/target)², with E its error at its n samples. Only so may a quarter's own samples come round to
-it, if all finish in turn, by way of that n, on which what is told does not depend on average.
+The target error: pixels are dealt to four quarters (`adaptive.RING`), and each is finished when the *others*
+are good enough. A quarter that was lucky has only stopped others: neither the image nor what its samples
+tell of its error knows of the luck. For that, nothing else may tell one of the other. Each quarter is taken
+as an image of its own, with its own mean and its own neighbours, and when a quarter is asked about again
+follows from what the others said before. What a quarter tells is n E², the samples that a relative error of 1
+would take, with E its error at its n samples; the one that is finished has told its last word. Only so may
+a quarter's own samples come round to it: by way of the n at which others were finished, on which what
+they tell does not depend on average.
 
 Adaptive sampling: see `adaptive`. A pixel's own samples take no part in the decision about it.
 
@@ -15,6 +16,8 @@ they do not depend on threads or tiles.
 """
 
 from __future__ import annotations
+
+from collections.abc import Container
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,8 +40,8 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
     least = max(LEAST, settings.min_samples)
     active, coming = order, looks(settings, least)
     look, wanted = float(next(coming)), np.zeros(0)
-    witnesses = ring(film)
-    asked = dict.fromkeys(witnesses, least)  # the quarters that go on, and when each is asked about
+    asked = dict.fromkeys(quarters(film), least)  # those that go on, and when each is asked about
+    told: dict[Quarter, float] = {}  # by each
 
     @stage("accuracy")
     def decide(done: int) -> Step:
@@ -47,11 +50,13 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
             return Step(least - done, active)
         more = settings.samples or STEP
         if settings.target_error:
-            for quarter in [q for q, when in asked.items() if when <= done]:
-                asked[quarter] = next_question(film, settings, done, witnesses[quarter])
-                if asked[quarter] == done:
-                    del asked[quarter]
-                    active = active[~lies_in(quarter, active, film.width)]
+            due = [quarter for quarter, when in asked.items() if when <= done]
+            told.update({quarter: told_by(film, settings, quarter) for quarter in asked if due})
+            for quarter in due:
+                asked[quarter] = next_question(told, quarter, settings.target_error, done, asked)
+            for quarter in [quarter for quarter in due if asked[quarter] == done]:
+                del asked[quarter]
+                active = active[~lies_in(quarter, active, film.width)]
             more = min(asked.values(), default=done) - done
         if settings.adaptive and more > 0:
             if done >= look:
@@ -64,10 +69,9 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
     return decide
 
 
-def ring(film: Film) -> dict[Quarter, Quarter]:
-    """Each quarter's witness, the next that there is: a single row has but two."""
-    there = [(y, x) for y, x in RING if y < film.height and x < film.width]
-    return dict(zip(there, there[1:] + there[:1], strict=True))
+def quarters(film: Film) -> list[Quarter]:
+    """Those that there are: a single row has but two."""
+    return [(y, x) for y, x in RING if y < film.height and x < film.width]
 
 
 def lies_in(quarter: Quarter, pixels: NDArray[np.int32], width: int) -> NDArray[np.bool_]:
@@ -77,16 +81,24 @@ def lies_in(quarter: Quarter, pixels: NDArray[np.int32], width: int) -> NDArray[
     return inside
 
 
-def next_question(film: Film, settings: RenderSettings, done: int, witness: Quarter) -> int:
-    """At how many samples a quarter is to be asked about again; `done` where the witness is good enough."""
-    known = int(np.max(film.counts()[witness[0] :: 2, witness[1] :: 2]))
-    needed = int(np.ceil(known * (quarter_error(film, settings, witness) / settings.target_error) ** 2))
+def next_question(
+    told: dict[Quarter, float], quarter: Quarter, target: float, done: int, going_on: Container[Quarter]
+) -> int:
+    """At how many samples a quarter is to be asked about again; `done` where the others are good enough."""
+    others = [other for other in told if other != quarter] or [quarter]  # of a single pixel, its own
+    needed = int(np.ceil(np.mean([told[other] for other in others]) / target**2))
     if needed <= done:
         return done
-    if known < done:
+    if not any(other in going_on for other in others):
         return needed
     # Half of what 1/√n asks for is safe to add unseen, but Sobol points' error may fall faster.
     return done + max(1, min(done, (needed - done) // 2))
+
+
+def told_by(film: Film, settings: RenderSettings, quarter: Quarter) -> float:
+    """n E² of a quarter."""
+    known = int(np.max(film.counts()[quarter[0] :: 2, quarter[1] :: 2]))
+    return known * quarter_error(film, settings, quarter) ** 2
 
 
 def quarter_error(film: Film, settings: RenderSettings, quarter: Quarter) -> float:

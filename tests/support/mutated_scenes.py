@@ -176,8 +176,8 @@ SCENES = (
     Mutation(
         "a target error that asks the pixels that it ends",
         "render/decisions.py",
-        "zip(there, there[1:] + there[:1], strict=True)",
-        "zip(there, there, strict=True)",
+        "[other for other in told if other != quarter] or [quarter]",
+        "list(told)",
         "tests/render/test_decisions.py",
     ),
     Mutation(
