@@ -69,7 +69,7 @@ def lens_and_sky():
 @pytest.mark.parametrize("made", [hair_under_a_sky, lens_and_sky])
 def test_they_add_up_in_other_scenes(made, threads):
     """Within 3 % of the wall time; no stage's share is so wrong that they would exceed it."""
-    books, result, _ = kept(made(), size=96, threads=threads)
+    books, result, _ = kept(made(), size=192, threads=threads)
     busy = sum(stage["seconds"] for stage in books["stages"].values())
     assert busy + books["waiting"] == pytest.approx(threads * result.seconds, rel=0.03)
     assert sum(bounce["seconds"] for bounce in books["bounces"]) < busy
