@@ -86,9 +86,8 @@ class Level:
         ids = cloud.attributes.get("id")
         numbers = range(len(self.handles)) if ids is None else (item.value for item in ids.data)
         self._places: dict[int, int] = {}
-        self._doubles: list[
-            int
-        ] = []  # whose id another has: Blender numbers them anew, and shows them in order
+        # those whose id another has: Blender numbers them anew, and shows them in order
+        self._doubles: list[int] = []
         for place, number in enumerate(numbers):
             if self._places.setdefault(number, place) != place:
                 self._doubles.append(place)
