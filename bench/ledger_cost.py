@@ -22,7 +22,7 @@ from pt_engine.render.ledger import TIMED_PART
 from pt_engine.render.schedule import Unit
 from pt_engine.render.worker import Worker
 
-SECONDS, FEWEST = 120.0, 30
+SECONDS, FEWEST = 60.0, 30
 TRIMMED = 0.2
 Cost = tuple[float, float]
 
