@@ -56,8 +56,8 @@ SHORT = {
     "adaptive": {"samples": 64, "adaptive": True, "min_samples": 4},
 }  # fmt: skip
 FORETOLD_SIZE, FORETOLD_SEEDS = 128, 8
-SHORT_SCENE, SHORT_SIZE, SHORT_SEEDS = "rough glass, shining square", 8, 4000
-CONVERGED = 1 << 18  # samples, as many as the short renders together
+SHORT_SCENE, SHORT_SIZE, SHORT_SEEDS = "rough glass, shining square", 8, 2000
+LONG, LONG_SEEDS = 1 << 13, 64  # samples, four times as many as those of the short renders together
 
 
 @cache
@@ -184,28 +184,35 @@ def adaptive(name: str) -> dict[str, Any]:
     return {"samples": float(ours[2]), "gain": gain}
 
 
+def in_parts(images: np.ndarray) -> np.ndarray:
+    """(n, 16) means of the parts of n small images."""
+    sixteen: np.ndarray = images.reshape(-1, 4, 2, 4, 2, 3).mean(axis=(2, 4, 5)).reshape(len(images), -1)
+    return sixteen
+
+
+def mean_and_error(values: np.ndarray) -> np.ndarray:
+    """(2, ...) the mean over the first axis, and its standard error."""
+    return np.stack([values.mean(axis=0), values.std(axis=0, ddof=1) / np.sqrt(len(values))])
+
+
 @cache
 def converged() -> np.ndarray:
-    """Mean of each of 16 parts of the small image, from many samples."""
-    many = rendered(SHORT_SCENE, SHORT_SIZE, samples=CONVERGED, seed=10**6)
-    parts: np.ndarray = picture(many).reshape(4, 2, 4, 2, 3).mean(axis=(1, 3, 4)).reshape(-1)
-    return parts
+    """Many long renders' parts: (n, 16)."""
+    long = (rendered(SHORT_SCENE, SHORT_SIZE, samples=LONG, seed=10**6 + k) for k in range(LONG_SEEDS))
+    return in_parts(np.array([picture(result) for result in long]))
 
 
 def bias(kind: str) -> dict[str, Any]:
-    """Mean of many short renders against many samples: its z, of the whole and the worst of 16 parts."""
-    expected = converged()
-    images = np.array(
-        [picture(rendered(SHORT_SCENE, SHORT_SIZE, seed=k, **SHORT[kind])) for k in range(SHORT_SEEDS)]
-    )
-    parts = images.reshape(SHORT_SEEDS, 4, 2, 4, 2, 3).mean(axis=(2, 4, 5)).reshape(SHORT_SEEDS, -1)
-    z = (parts.mean(axis=0) - expected) / (parts.std(axis=0, ddof=1) / np.sqrt(SHORT_SEEDS))
-    whole = parts.mean(axis=1)
-    error = float(whole.std(ddof=1) / np.sqrt(SHORT_SEEDS))
-    difference = float(whole.mean() - expected.mean())
+    """Mean of many short renders against long ones: its z, of the whole and the worst of 16 parts."""
+    short = (rendered(SHORT_SCENE, SHORT_SIZE, seed=k, **SHORT[kind]) for k in range(SHORT_SEEDS))
+    found = in_parts(np.array([picture(result) for result in short]))
+    here, there = mean_and_error(found), mean_and_error(converged())
+    z = (here[0] - there[0]) / np.hypot(here[1], there[1])
+    here, there = mean_and_error(found.mean(axis=1)), mean_and_error(converged().mean(axis=1))
+    difference, error = float(here[0] - there[0]), float(np.hypot(here[1], there[1]))
     return {
-        "difference": difference / expected.mean(),
-        "uncertainty": error / expected.mean(),
+        "difference": difference / float(there[0]),
+        "uncertainty": error / float(there[0]),
         "z": difference / error,
         "worst": float(np.abs(z).max()),
     }

@@ -6,11 +6,12 @@ from statistics import mean
 from typing import Any
 
 from .calibration import (
-    CONVERGED,
     DEPTH,
     FEW,
     FORETOLD_SEEDS,
     FORETOLD_SIZE,
+    LONG,
+    LONG_SEEDS,
     SAMPLES,
     SEEDS,
     SHORT_SCENE,
@@ -24,7 +25,7 @@ Results = dict[str, dict[str, Any]]
 
 HEAD = f"""# Are the errors true that a render tells?
 
-Made by `python -m bench.calibration` (fifteen minutes of one core; it goes on where it was stopped, and
+Made by `python -m bench.calibration` (half an hour of one core; it goes on where it was stopped, and
 nothing in it is measured in seconds). Six scenes of {SIZE} × {SIZE} pixels, {SAMPLES} samples, paths of
 {DEPTH} edges, {SEEDS} seeds; the truth is the mean of the other seeds' renders.
 
@@ -78,10 +79,11 @@ FORETOLD = f"""
 
 {FORETOLD_SEEDS} renders of {FORETOLD_SIZE} × {FORETOLD_SIZE} pixels to half the error of {SAMPLES} samples:
 how many of the predictions made at a tenth were within 20 % of the samples it took, the 5th, 50th and 95th
-percentile of foretold / taken, and how many of the 95 % intervals held what it took. Where samples are rare
-the picture's size matters: from a tenth of 64 × 64 pixels' samples even true weights would tell how fast the
-relative error falls to 30 % only. Rough glass is lit by sparkles alone; as they are told from light, what
-relative error is told falls by up to a half, which a tenth does not foresee: its interval is wide.
+percentile of foretold / taken, and how many of the 95 % intervals held what it took. Nine of ten are within
+20 % where no sample is rare. With fireflies they are not: what relative error is told falls as rare samples
+are told from light (on rough glass it is 2 to 4 times too large at a tenth, n E² falls from 5 to 1.5), and
+what is to be seen at a tenth scatters by 30 % from seed to seed even if it were told right. Intervals there
+are as wide as that.
 
 | scene, sampler | within 20 % | foretold / taken | interval holds |
 |---|---|---|---|"""
@@ -89,12 +91,13 @@ relative error is told falls by up to a half, which a tenth does not foresee: it
 BIAS = f"""
 ## Bias
 
-{SHORT_SEEDS} short renders of "{SHORT_SCENE}", {SHORT_SIZE} × {SHORT_SIZE} pixels, against {CONVERGED:,}
-samples: relative difference of the means, its standard error, z, and the largest |z| of 16 parts of the
-image (3.0 is exceeded by chance in 4 % of such tables). Adaptive sampling is unbiased by construction: no
-pixel's number of samples follows from its own samples, by no way round (`render/adaptive.py`). With a target
-error quarters of the pixels end each other's samples (`render/decisions.py`). A limit of time is kept by the
-clock, which numbers of samples cannot test: it is biased as far as bright paths take longer.
+{SHORT_SEEDS} short renders of "{SHORT_SCENE}", {SHORT_SIZE} × {SHORT_SIZE} pixels, against {LONG_SEEDS} of
+{LONG:,} samples: relative difference of the means, its standard error (of both), z, and the largest |z| of 16
+parts of the image (3.0 is exceeded by chance in 4 % of such tables). Adaptive sampling is unbiased by
+construction: no pixel's number of samples follows from its own samples, by no way round
+(`render/adaptive.py`). With a target error each quarter of the pixels ends when the others are good enough
+(`render/decisions.py`). A limit of time is kept by the clock, which numbers of samples cannot test: it is
+biased as far as bright paths take longer.
 
 | stops by | difference | standard error | z | worst part |
 |---|---|---|---|---|"""
