@@ -51,7 +51,8 @@ def decisions(film: Film, settings: RenderSettings, order: NDArray[np.int32]) ->
         more = settings.samples or STEP
         if settings.target_error:
             due = [quarter for quarter, when in asked.items() if when <= done]
-            told.update({quarter: told_by(film, settings, quarter) for quarter in asked if due})
+            if due:
+                told.update({quarter: told_by(film, settings, quarter) for quarter in asked})
             for quarter in due:
                 asked[quarter] = next_question(told, quarter, settings.target_error, done, asked)
             for quarter in [quarter for quarter in due if asked[quarter] == done]:

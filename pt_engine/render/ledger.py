@@ -12,7 +12,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -152,9 +152,9 @@ def whole(seconds: Mapping[Cell, float], first: Mapping[Cell, float]) -> dict[Ce
     Those are like the units after the `first`, if any of these was looked into.
     """
     later = {cell: part - first.get(cell, 0.0) for cell, part in seconds.items()}
-    known = later if _of_units(later) > 0 else seconds
-    untimed = sum(part for cell, part in seconds.items() if cell.stage == UNTIMED)
-    more = untimed / _of_units(known) if untimed else 0.0
+    known = later if seconds_of(later, OF_UNITS) > 0 else seconds
+    timed, untimed = seconds_of(known, OF_UNITS), seconds_of(seconds, {UNTIMED})
+    more = untimed / timed if timed > 0 else 0.0
     return {
         cell: part + (known[cell] * more if cell.stage in OF_UNITS else 0.0)
         for cell, part in seconds.items()
@@ -162,9 +162,9 @@ def whole(seconds: Mapping[Cell, float], first: Mapping[Cell, float]) -> dict[Ce
     }
 
 
-def _of_units(seconds: Mapping[Cell, float]) -> float:
-    """Sum over the stages of units that were looked into."""
-    return sum(part for cell, part in seconds.items() if cell.stage in OF_UNITS)
+def seconds_of(seconds: Mapping[Cell, float], stages: Collection[str]) -> float:
+    """Sum over the cells of some stages."""
+    return sum(part for cell, part in seconds.items() if cell.stage in stages)
 
 
 def _sums(parts: Iterator[tuple[str, float]] | Any) -> dict[str, float]:

@@ -14,7 +14,7 @@ from support.rooms import SOFT_LAMP, room
 from pt_engine.blender.words import ledger_lines
 from pt_engine.core import clock
 from pt_engine.core.clock import Clock, runs, stage
-from pt_engine.render.ledger import STAGES, Ledger
+from pt_engine.render.ledger import STAGES, Ledger, whole
 from pt_engine.render.progressive import render
 from pt_engine.render.settings import RenderSettings
 from pt_engine.scene.prepare import prepare
@@ -155,6 +155,11 @@ def test_what_is_made_once_does_not_count_for_every_unit(monkeypatch):
     seconds = {cell.stage: part for cell, part in ledger.cells().items()}
     assert seconds["random"] == pytest.approx(100)
     assert seconds["bsdf"] == pytest.approx(60)
+
+
+def test_a_clock_too_coarse_to_see_a_stage_has_nothing_to_share_out():
+    film, hidden = clock.Cell("film", "", -1, 0), clock.Cell(clock.UNTIMED, "", -1, 0)
+    assert whole({film: 2.0, hidden: 1.0}, {}) == {film: 2.0}
 
 
 def test_a_generator_counts_only_while_it_runs():

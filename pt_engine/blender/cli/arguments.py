@@ -7,8 +7,8 @@ import argparse
 from ... import __version__
 from .converters import assignment, file, pair, path_ending, positive, whole
 
-MOST_PIXELS = 65536  # along a side, and as many threads as that: Blender's own limits, beyond which it
-MOST_THREADS = 1024  # takes the largest without a word
+# Blender's own limits, pixels along a side; beyond them it takes the largest without a word
+MOST_PIXELS, MOST_THREADS = 65536, 1024
 MOST_SAMPLES = 2**32 - 1
 
 

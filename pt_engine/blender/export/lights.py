@@ -37,13 +37,15 @@ def export_light(instance, visibility: int, group: int, images, unsupported) -> 
         graph=tree_graph(light, light.name, images, "from_light"),
         object_color=tuple((instance.parent if instance.is_instance else owner).color),
         pass_index=owner.pass_index,
-        random=float(
-            random_of(np.uint32([instance.random_id & MASK]), [owner.name], np.array([instance.is_instance]))[
-                0
-            ]
-        ),
+        random=random_number(instance, owner),
         **shape(light),
     )
+
+
+def random_number(instance, owner) -> float:
+    """Object Info's, of one object or instance."""
+    ids, placed = np.uint32([instance.random_id & MASK]), np.array([instance.is_instance])
+    return float(random_of(ids, [owner.name], placed)[0])
 
 
 def light_color(light) -> tuple[float, float, float]:
