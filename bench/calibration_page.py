@@ -79,17 +79,17 @@ FORETOLD = f"""
 
 {FORETOLD_SEEDS} renders of {FORETOLD_SIZE} × {FORETOLD_SIZE} pixels to half the error of {SAMPLES} samples:
 how far the render was when the first prediction from a tenth on was *made* (the film is looked at now and
-then); how many of these were within 20 % of the samples it took; how many would be if the median of that
-row were right, the *limit* that scatter from seed to seed sets to any factor; the 5th, 50th and 95th
+then); how many of these were within 20 % of the samples it took; how many would be with the best factor for
+that row, the *limit* that scatter from seed to seed sets to mending them by one; the 5th, 50th and 95th
 percentile of foretold / taken; and how many of the 95 % intervals held what it took.
 
 Where no sample is rare, nine of ten are within 20 %. With fireflies n E² that is told falls as rare samples
 are told from light: on rough glass it is 2 to 4 times too large at a tenth. Blocks of 3 × 3 pixels foretell
-most of that fall (`render/film_blocks.py`); what they miss is a fifth to a third too much on rough glass.
-The rest is scatter: rare samples carry the variance, too, and a tenth of the render has met few of them.
+most of that fall (`render/film_blocks.py`), not all. The rest is scatter: rare samples carry the variance,
+too, and a tenth of the render has met few of them.
 Of four renders each, at 16 and 24 samples, n E² with every pixel's true radiance in place of its level
 scattered by 12 to 15 % on the mirror with Sobol points, 24 to 30 % with independent ones, and 12 to 34 % on
-rough glass; told by blocks by 11 to 15, 20 to 26 and 7 to 15 %. So to know the levels would not help.
+rough glass; told by blocks by 11 to 15, 20 to 26 and 7 to 15 %. To know the levels would not narrow it.
 
 | scene, sampler | made | within 20 % | limit | foretold / taken | interval holds |
 |---|---|---|---|---|---|"""
