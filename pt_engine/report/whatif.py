@@ -157,6 +157,7 @@ def rendered(
 ) -> Version | None:
     """Both seeds, and something else's time between them; None where somebody stopped it."""
     made = Version([], [], 0.0, [])
+    render(scene, replace(settings, samples=1), should_stop=should_stop)  # what only the first render makes
     for k in range(SEEDS):
         if k and beside is not None:
             made.beside, _ = timed(*beside, should_stop)
