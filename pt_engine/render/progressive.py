@@ -260,7 +260,8 @@ def out_of_time(progress: Progress) -> bool:
     Those in flight end first: it is as late as the ones before it were.
     """
     limit = progress.settings.seconds
-    return limit > 0 and progress.elapsed + 0.5 * progress.latency >= limit
+    to_come = 0.5 * progress.latency if progress.units > FIRST else 0.0
+    return limit > 0 and progress.elapsed + to_come >= limit
 
 
 def lanes_in_time(progress: Progress) -> float:
