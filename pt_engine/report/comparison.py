@@ -23,7 +23,7 @@ from .reference import Reference
 from .runs import Asked, Point, Runs, never, plain
 from .verdict import verdict
 
-SCHEMA = "pt_engine.comparison/1"
+SCHEMA = "pt_engine.comparison/2"
 Told = Callable[[str], None]
 Shown = Callable[[str, NDArray[np.float32]], None]
 

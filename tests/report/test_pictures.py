@@ -60,7 +60,7 @@ def test_z_test_uses_the_standard_errors(tmp_path, shift, differs):
 
 
 def test_standard_errors_of_single_samples_know_nothing(tmp_path):
-    """Blender's passes have 0 where nothing is known: noise of 0 would make any difference one beyond noise."""
+    """Blender's passes have 0 where nothing is known: with noise of 0 any difference were beyond it."""
     images = [RNG.uniform(0, 1, (16, 16, 3)) for _ in range(2)]
     zero = np.zeros((16, 16, 3))
     a, b = (
