@@ -79,7 +79,7 @@ def ledger_lines(stats, most: int = 4) -> list[str]:
     bounces = [f"{k}: {bounce['seconds'] / whole:.0%}" for k, bounce in enumerate(books["bounces"][:most])]
     lines.append("Bounces " + ", ".join(bounces))
     if books["effects"]:
-        lines.append("Effects: " + share(books["effects"].items()))
+        lines.append("Effects: " + share((name, row["seconds"]) for name, row in books["effects"].items()))
     if books["materials"]:
         rows = ((name, row["seconds"]) for name, row in books["materials"].items())
         lines.append("Materials: " + share(rows))

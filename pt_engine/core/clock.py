@@ -61,6 +61,8 @@ class _Account:
 class Clock:
     """Of one thread: seconds per cell, rays per stage and bounce, vertices per batch, and per material.
 
+    In the units that it looks into also: rays of each stage by effect, and those that each material sends.
+
     Parameters
     ----------
     stage : str
@@ -75,6 +77,9 @@ class Clock:
         self.rays: Counter[tuple[str, int]] = Counter()
         self.shaded: Counter[int] = Counter()  # vertices of each batch
         self.vertices: Counter[int] = Counter()  # of each material, where somebody looked
+        self.by_effect: Counter[tuple[str, str]] = Counter()  # rays of each stage and effect
+        self.sent: Counter[int] = Counter()  # rays that leave each material's vertices
+        self.senders: Counter[int] = Counter()  # and those vertices
         self._bounce = -1
         self._accounts: dict[Cell, _Account] = {}
         self._stack = [self._account(Cell(stage, "", -1, 0))]
@@ -137,6 +142,12 @@ class Clock:
         self.shaded[batch] += vertices
         return new or _thread.clock is not None
 
+    def count_rays(self, stage: str, number: int) -> None:
+        """Rays of a stage; where the clock looks, of the effect that they are for, too."""
+        self.rays[stage, max(0, self._bounce)] += number
+        if _thread.clock is not None:
+            self.by_effect[stage, self._stack[-1].cell.effect] += number
+
     @property
     def bounce(self) -> int:
         """The paths' edge that time counts for; −1 before the first."""
@@ -156,6 +167,11 @@ _thread = _Thread()
 def counting() -> Clock | None:
     """This thread's clock, for rays and vertices."""
     return _thread.counting
+
+
+def looks() -> bool:
+    """Whether it looks into this unit of work."""
+    return _thread.clock is not None
 
 
 def start(clock: Clock | None) -> None:
@@ -204,7 +220,7 @@ def next_bounce() -> None:
 def count_rays(stage: str, tfar: NDArray[np.float32]) -> None:
     """Those of a wavefront that are on belong to a stage."""
     if (clock := _thread.counting) is not None:
-        clock.rays[stage, max(0, clock.bounce)] += int(np.count_nonzero(tfar > 0))
+        clock.count_rays(stage, int(np.count_nonzero(tfar > 0)))
 
 
 @contextmanager

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ..core import vectors
 from ..core.clock import stage
 from ..core.uniforms import Uniforms
+from ..scene import tally
 from ..scene.scene import Scene
 from ..scene.shading import ShadedBSDF
 from ..scene.surface import Surface
@@ -66,6 +67,7 @@ class Direct(Integrator):
 
             rays = path.go_on(scene, si, bsdf.sample(random.bsdf(step)), self.edges)
             rays.tfar[vectors.max3(path.beta) <= 0] = -1
+            tally.sent(scene.geometry, si.surface, rays.tfar)
         return front.finish(path)
 
     def arrive(self, path: PathState, hit: Found) -> None:

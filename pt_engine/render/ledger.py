@@ -4,14 +4,14 @@ Each thread runs a `core.clock.Clock`; its books are closed when the render ends
 cores, summed over threads. With what threads have waited (for work, for each other, for a core that another
 program had) they add up to threads × wall time. The stages are told apart in a twelfth of the units, and
 stand for the others too, thread by thread, as do the shares that a batch's materials have in its vertices;
-rays and the vertices of each batch are counted in all.
+rays and the vertices of each batch are counted in all, and told apart by effect and material in those units.
 """
 
 from __future__ import annotations
 
 import threading
 import time
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
@@ -94,7 +94,7 @@ class Ledger:
             "waiting": max(0.0, self.threads * self.wall - busy),
             "stages": self._stages(cells),
             "bounces": self._bounces(cells),
-            "effects": _sums((cell.effect, seconds) for cell, seconds in cells.items() if cell.effect),
+            "effects": self._effects(cells),
             "materials": self._materials(scene, cells),
             "off": {name: why.removeprefix("off: ") for name, why in scene.features.items() if why != ON},
         }
@@ -125,8 +125,24 @@ class Ledger:
             rays[bounce] += number
         return [{"seconds": seconds[k], "rays": rays.get(k, 0)} for k in range(max(seconds, default=-1) + 1)]
 
+    def _effects(self, cells: Mapping[Cell, float]) -> dict[str, dict[str, float]]:
+        """What each took by itself. Of a stage's rays it has the part that it was seen to have."""
+        stages: dict[str, int] = defaultdict(int)
+        for (stage, _), number in self.rays().items():
+            stages[stage] += number
+        known = sum((each.by_effect for each in self._clocks), Counter[tuple[str, str]]())
+        of_stage = _sums((stage, number) for (stage, _), number in known.items())
+        rays = _sums(
+            (effect, stages[stage] * number / of_stage[stage]) for (stage, effect), number in known.items()
+        )
+        seconds = _sums((cell.effect, part) for cell, part in cells.items() if cell.effect)
+        return {name: {"seconds": part, "rays": round(rays.get(name, 0))} for name, part in seconds.items()}
+
     def _materials(self, scene: Scene, cells: Mapping[Cell, float]) -> dict[str, dict[str, float]]:
-        """Seconds and vertices of a batch go to its materials by the vertices that each was seen to have."""
+        """Seconds and vertices of a batch go to its materials by the vertices that each was seen to have.
+
+        Rays are those that leave its vertices, toward lights and on.
+        """
         seen: dict[int, int] = defaultdict(int)
         shaded: dict[int, int] = defaultdict(int)
         for each in self._clocks:
@@ -138,11 +154,17 @@ class Ledger:
         for material, number in seen.items():
             together[int(scene.materials.batch_of[material])] += number
         seconds = _sums((str(cell.batch), part) for cell, part in cells.items() if cell.batch >= 0)
-        found: dict[str, dict[str, float]] = defaultdict(lambda: {"seconds": 0.0, "vertices": 0})
+        sent, senders = (
+            sum(counters, Counter[int]())
+            for counters in ([each.sent for each in self._clocks], [each.senders for each in self._clocks])
+        )
+        found: dict[str, dict[str, float]] = defaultdict(lambda: {"seconds": 0.0, "vertices": 0, "rays": 0})
         for material, number in seen.items():
             row, batch = found[scene.material_names[material]], int(scene.materials.batch_of[material])
             row["seconds"] += seconds.get(str(batch), 0.0) * number / together[batch]
-            row["vertices"] += round(shaded[batch] * number / together[batch])
+            vertices = shaded[batch] * number / together[batch]
+            row["vertices"] += round(vertices)
+            row["rays"] += round(vertices * sent[material] / max(1, senders[material]))
         return dict(sorted(found.items(), key=lambda item: -item[1]["seconds"]))
 
 

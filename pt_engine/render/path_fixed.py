@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.rows import scatter
+from ..scene import tally
 from ..scene.scene import Scene
 from ..scene.wave import Rays
 from .dimensions import LaneSampler
@@ -40,9 +41,9 @@ class PathFixed(Integrator):
             here = path.part(slice(0, alive))
             bsdf, random = scene.shade(si, here, spans), here.sampler(sampler)
             next_event(scene, here, si, bsdf, random.emitter(bounce), self)
-            rays = path.ride_along(
-                here, here.go_on(scene, si, bsdf.sample(random.bsdf(bounce)), self.max_depth)
-            )
+            rays = here.go_on(scene, si, bsdf.sample(random.bsdf(bounce)), self.max_depth)
+            tally.sent(scene.geometry, si.surface, rays.tfar)
+            rays = path.ride_along(here, rays)
         radiance = np.empty((3, path.size), np.float32)
         scatter(radiance, path.slot, path.L)
         return radiance

@@ -17,7 +17,7 @@ from .ledger import Ledger
 from .progressive import RenderResult
 from .settings import RenderSettings
 
-SCHEMA = "pt_engine.stats/2"
+SCHEMA = "pt_engine.stats/3"
 
 
 def statistics(

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ..core import vectors
 from ..core.clock import stage
 from ..core.rows import scatter
+from ..scene import tally
 from ..scene.scene import BatchNumbers, Scene
 from ..scene.shading import Scattered
 from ..scene.surface import Surface
@@ -76,6 +77,7 @@ class Wavefront:
         tfar = rays.tfar
         tfar *= 1 - off
         tfar -= off  # −1 switches a ray off
+        tally.sent(self._scene.geometry, si.surface, tfar)
         return rays
 
     @stage("roulette")

@@ -141,15 +141,18 @@ def ledger(books: Stats | None) -> dict[str, Any] | None:
     stages = books["stages"].items()
     bounces = [(f"bounce {k}" if k else "camera rays", b["seconds"]) for k, b in enumerate(books["bounces"])]
     named = [(STAGES[name], row["seconds"]) for name, row in stages]
-    effects = [(name, f"{seconds:.3f}") for name, seconds in books["effects"].items()]
+    effects = [(name, f"{row['seconds']:.3f}", row["rays"]) for name, row in books["effects"].items()]
     return {
         "books": books,
         "sum": sum(row["seconds"] for _, row in stages),
         "figure": figures.bars("core seconds by stage", named, "core seconds"),
         "bounces": figures.bars("core seconds by bounce", bounces[:16], "core seconds") if bounces else "",
         "stages": [(STAGES[name], f"{r['seconds']:.3f}", r["rays"] or "") for name, r in stages],
-        "materials": [(n, f"{r['seconds']:.3f}", r["vertices"]) for n, r in books["materials"].items()],
-        "effects": effects or [("none", "0")],
+        "materials": [
+            (name, f"{row['seconds']:.3f}", row["vertices"], row["rays"])
+            for name, row in books["materials"].items()
+        ],
+        "effects": effects or [("none", "0", 0)],
     }
 
 

@@ -21,7 +21,7 @@ from ..core.subset import Subset
 from ..core.uniforms import Uniforms
 from ..core.view import View
 from ..emitters.lights import Lights, LightSample
-from . import emission, nearer, reach
+from . import emission, nearer, reach, tally
 from .accel import Accel, Hits
 from .arrivals import Arrivals
 from .attributes import Layer
@@ -295,19 +295,12 @@ class Scene:
     @stage("shade", batch=lambda scene, lanes, number, path: number)
     def _shade_batch(self, lanes: Lanes, number: int, path: PathState) -> SliceBSDF:
         """The closures of one batch; who runs a clock gets the vertices of each material."""
-        if (counting := clock.counting()) is not None and counting.tells_apart(number, lanes.si.size):
-            self._count_vertices(counting, lanes.si.surface)
+        tally.vertices(self.geometry, number, lanes.si.surface)
         closures = self.materials.batches[number].closures(lanes)
         if self.held is not None:
             closures = only_transparent(closures, held(self.held, path.clear, lanes.si.instance))
         angles = None if self.light_angles is None else self.light_angles.take(lanes.si.instance)
         return SliceBSDF(closures, lanes, self.clear_glass, angles)
-
-    def _count_vertices(self, counting: clock.Clock, surfaces: NDArray[np.integer]) -> None:
-        """The vertices of each material."""
-        counts = np.bincount(self.geometry.surface_material.take(surfaces))
-        for material in np.flatnonzero(counts):
-            counting.vertices[int(material)] += int(counts[material])
 
     def start(self, si: Surface, wo: Float32) -> Float32:
         """(3, N) where rays from surfaces toward `wo` start.
@@ -372,6 +365,7 @@ class Scene:
                 near &= (o == si.start(light.wo)).all(axis=0)  # it has aimed those that it has lifted
             lanes = np.flatnonzero(near)
             wo = aimed(wo, tfar, lanes, o.take(lanes, axis=1) - si.p.take(lanes, axis=1))
+        tally.sent(self.geometry, si.surface, tfar)
         free = np.flatnonzero(light.distance < 0) if self.lights_without_shadow else None
         kept = None if free is None else contribution.take(free, axis=1)
         if self.transparent_surfaces:

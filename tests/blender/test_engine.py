@@ -190,7 +190,7 @@ def test_statistics_are_written_where_the_scene_says(scene, tmp_path):
     scene.pt_engine.stats_path = str(tmp_path / "s.json")
     rendered(scene, tmp_path / "a.exr")
     statistics = json.loads((tmp_path / "s.json").read_text())
-    assert statistics["schema"] == "pt_engine.stats/2"
+    assert statistics["schema"] == "pt_engine.stats/3"
     wanted = {
         "settings", "versions", "resolution", "samples", "seconds", "camera_samples_per_second", "rays",
         "peak_memory_bytes", "nonfinite", "features", "error", "coverage",

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support import scenes as make
 from support import strands
-from support.rooms import SOFT_LAMP, room
+from support.rooms import MIRROR, SOFT_LAMP, half_transparent, room
 
 from pt_engine.blender.words import ledger_lines
 from pt_engine.core import clock
@@ -104,8 +104,8 @@ def test_an_effect_that_is_on_has_seconds():
     camera = make.perspective((0, 0, 5), (0, 0, 0), aperture_radius=0.1, focus_distance=5.0)
     snapshot = make.scene([(make.quad(4), np.eye(4), make.diffuse(0.5))], camera, sky=make.world(1.0))
     books, _, _ = kept(snapshot)
-    assert books["effects"]["depth of field"] > 0
-    assert books["effects"]["environment"] > 0
+    assert books["effects"]["depth of field"]["seconds"] > 0
+    assert books["effects"]["environment"]["seconds"] > 0
     assert "depth of field" not in books["off"]
 
 
@@ -123,6 +123,31 @@ def test_vertices_belong_to_their_materials():
     assert set(materials) == {"wide", "narrow"}
     assert materials["wide"]["vertices"] == pytest.approx(2 * materials["narrow"]["vertices"], rel=0.02)
     assert materials["wide"]["seconds"] == pytest.approx(2 * materials["narrow"]["seconds"], rel=0.02)
+
+
+def test_rays_belong_to_the_materials_that_they_leave():
+    """Under a lamp a matte vertex sends one ray toward it and one onward; a mirror's only goes on."""
+    objects = [
+        (make.quad(2), make.translation(-1, 0, 0), make.diffuse(0.5, "matte")),
+        (make.quad(2), make.translation(1, 0, 0), MIRROR),
+    ]
+    snapshot = make.scene(objects, make.orthographic((0, 0, 3), (0, 0, 0), 4), [SOFT_LAMP])
+    books, result, _ = kept(snapshot, pixel_filter="BOX", max_depth=2, samples=64)
+    matte, ideal = books["materials"]["matte"], books["materials"]["mirror"]
+    assert matte["rays"] == pytest.approx(2 * matte["vertices"], rel=0.02)
+    assert ideal["rays"] == pytest.approx(ideal["vertices"], rel=0.02)
+    sent = sum(row["rays"] for row in books["stages"].values()) - result.progress.camera_samples
+    assert matte["rays"] + ideal["rays"] == pytest.approx(sent, rel=0.02)
+
+
+def test_rays_belong_to_the_effect_that_asks_for_them():
+    """Every shadow ray is one of transparent surfaces where there are such."""
+    veil = (make.quad(4), make.translation(0, 0, 0.5), half_transparent(1.0))
+    floor = (make.quad(4), np.eye(4), make.diffuse(0.5))
+    camera = make.orthographic((0, 0, 3), (0, 0, 0), 2)
+    books, result, _ = kept(make.scene([floor, veil], camera, [SOFT_LAMP]), max_depth=2, samples=16)
+    effect = books["effects"]["shadows of transparent surfaces"]
+    assert effect["rays"] == pytest.approx(result.progress.rays["shadow"], rel=0.05)
 
 
 def test_it_changes_no_bit():
