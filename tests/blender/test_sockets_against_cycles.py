@@ -93,7 +93,7 @@ HIDING = [
 
 @pytest.mark.parametrize(("kind", "socket", "other", "settings"), HIDING, ids=[h[0] for h in HIDING])
 def test_values_count_though_they_are_hidden(kind, socket, other, settings, stage, tree):
-    """Where no normal and no coordinate stands in for them; the other input keeps the node from being folded."""
+    """Where no normal and no coordinate stands in for them; the other input is not folded."""
     node = new(tree, kind, {other: new(tree, "ObjectInfo").outputs["Object Index"]}, **settings)
     hidden = node.inputs[socket]
     assert hidden.hide_value or not BLENDER_5
