@@ -121,3 +121,41 @@ def test_the_mapping_inside_a_texture(fields, kind, stage, tree):
     for name, value in (fields | {"vector_type": kind}).items():
         setattr(node.texture_mapping, name, value)
     shown(stage, tree, node.outputs["Color"])
+
+
+def reroute(tree):
+    return tree.nodes.new("NodeReroute").outputs[0]
+
+
+def muted(kind, output=0):
+    def make(tree):
+        node = new(tree, kind)
+        node.mute = True
+        return node.outputs[output]
+
+    return make
+
+
+SILENT = {
+    "reroute": reroute,
+    "muted without inputs": muted("NewGeometry"),
+    "muted with unlinked inputs": muted("Math"),
+    "muted, output without an input": muted("TexGabor", "Intensity"),
+    "muted shader": muted("BsdfDiffuse"),
+    "unknown to Cycles": lambda tree: new(tree, "Squeeze").outputs[0],
+}
+
+
+@pytest.mark.parametrize("kind", ["Float", "Color"])
+@pytest.mark.parametrize("silent", SILENT)
+def test_which_socket_has_its_say_where_nothing_is_handed_on(silent, kind, stage, tree):
+    """The one in the group that something is linked to, or the last."""
+    group = bpy.data.node_groups.new("Silent", "ShaderNodeTree")
+    group.interface.new_socket("o", in_out="OUTPUT", socket_type=f"NodeSocket{kind}")
+    end = group.nodes.new("NodeGroupOutput")
+    end.inputs[0].default_value = 0.7 if kind == "Float" else (0.2, 0.5, 0.9, 1)
+    group.links.new(SILENT[silent](group), end.inputs[0])
+    node = new(tree, "Group", node_tree=group)
+    add = new(tree, "VectorMath", {0: new(tree, "TexCoord").outputs["Generated"], 1: (0.1, 0.3, 0.4)})
+    tree.links.new(node.outputs[0], add.inputs[1])
+    shown(stage, tree, add.outputs[0])

@@ -1,8 +1,8 @@
 """What happens to a value or link on its way through sockets of other types, by Blender's rules.
 
 A colour becomes a number by its luminance, a vector by its mean; a number fills all channels; into an integer
-it is truncated, into a boolean compared with 0. Where a link needs it, an ordinary node that does the same is
-put in by the `flattener` (its `extra`).
+it is truncated, into a boolean compared with 0 (before Blender 5 truncated). Where a link needs it, an ordinary
+node that does the same is put in by the `flattener` (its `extra`).
 """
 
 from __future__ import annotations
@@ -94,8 +94,8 @@ def converted(flattener, feed: Feed | None, to: str) -> Feed | None:
     if feed.type in ("RGBA", "VECTOR", "ROTATION") and to in SCALARS:
         feed = narrowed(flattener, feed)
     if (feed.type, to) in (("VALUE", "INT"), ("VALUE", "BOOLEAN"), ("INT", "BOOLEAN")):
-        operation, other = ("TRUNC", 0.0) if to == "INT" else ("GREATER_THAN", 0.0)
-        inputs = {"Value": feed.link, "Value_001": other, "Value_002": 0.0}
+        inputs = {"Value": feed.link, "Value_001": 0.0, "Value_002": 0.0}
+        operation = "GREATER_THAN" if to == "BOOLEAN" and BLENDER_5 else "TRUNC"
         number = flattener.extra("Math", inputs, {"operation": operation, "use_clamp": False})
         return Feed(Link(number, "Value"), None, to)
     return Feed(feed.link, None, to)
@@ -128,7 +128,7 @@ def converted_constant(flattener, feed: Feed, to: str) -> Feed | None:
         value = sum(weight * channel for weight, channel in zip(LUMA, value, strict=False))
     elif isinstance(value, tuple):
         value = sum(value) / len(value)
-    kind = {"VALUE": float, "INT": int, "BOOLEAN": lambda x: x > 0}[to]
+    kind = {"VALUE": float, "INT": int, "BOOLEAN": (lambda x: x > 0) if BLENDER_5 else int}[to]
     return Feed(None, kind(value), to)
 
 

@@ -3,7 +3,8 @@
 Groups of any depth, reroutes, muted nodes and muted links are resolved as Blender 5 resolves them:
 
 - a muted node hands on what reaches the input its internal link names; where nothing does, the socket it
-  feeds keeps its own value, and so it is behind an unlinked reroute;
+  feeds (also that of a group) keeps its own value, and so it is behind an unlinked reroute (before Blender 5
+  it gets 0);
 - an unlinked input of a group hands in the value on the group node; where that and the socket inside hide
   their values, the socket inside behaves as unlinked (a texture uses its default coordinates), unless the
   node is folded (see `folding`);
@@ -155,21 +156,28 @@ class Flattener:
     def feed(self, scope, socket) -> Feed | None:
         """What reaches an input socket; None where nothing does."""
         passed: list[str] = []  # types of the sockets on the way, nearest first
-        feed = border = None
+        feed = holder = None  # the last socket of a group that was passed: it has a value of its own
+        bridged = False  # whether the last step was through a muted node or a reroute
         while (source := scope.feeds.get(socket.as_pointer())) is not None:
             node, out = source
             if not node.mute and node.bl_idname not in STRUCTURAL:
-                if self.is_unknown(scope, node, out):
+                if not self.is_unknown(scope, node, out):
+                    feed = Feed(Link(self.add(scope, node), out.identifier), None, out.type)
+                elif BLENDER_5:
                     return None
-                feed = Feed(Link(self.add(scope, node), out.identifier), None, out.type)
                 break
-            border = not node.mute and node.bl_idname != "NodeReroute"
-            scope, socket = step(scope, node, out)
-            if socket is None or len(passed) > LONGEST_CHAIN:
-                return None
+            scope, beyond = step(scope, node, out)
+            if beyond is None or len(passed) > LONGEST_CHAIN:
+                break
+            socket, bridged = beyond, node.mute or node.bl_idname == "NodeReroute"
             passed.append(socket.type)
-        else:
-            feed = constant_of(socket) if border else None
+            if not bridged:
+                holder, held = socket, len(passed)
+        if feed is None and bridged and not BLENDER_5:
+            return Feed(None, 0.0, "VALUE")
+        if feed is None and holder is not None:
+            feed = constant_of(holder)
+            del passed[held:]
         return passed_through(self, feed, tuple(reversed(passed)))
 
     def is_unknown(self, scope, node, out) -> bool:
