@@ -1,8 +1,8 @@
 """What happens to a value or link on its way through sockets of other types, by Blender's rules.
 
 A colour becomes a number by its luminance, a vector by its mean; a number fills all channels; into an integer
-it is truncated, into a boolean compared with 0 (before Blender 5 truncated). Where a link needs it, an ordinary
-node that does the same is put in by the `flattener` (its `extra`).
+it is truncated, into a boolean compared with 0 (before Blender 5 truncated). Where a link needs it, an
+ordinary node that does the same is put in by the `flattener` (its `extra`).
 """
 
 from __future__ import annotations
