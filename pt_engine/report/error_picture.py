@@ -13,7 +13,7 @@ WIDEST = 480  # pixels of an error picture
 def error_picture(film: Film) -> NDArray[np.float32]:
     """Each pixel's standard error over the image's mean, top row first, averaged down to a small picture."""
     error = np.sqrt(np.nan_to_num(film.variance_of_mean()).mean(axis=2))
-    mean = float(film.image()[..., :3].mean())
+    mean = float(film.image()[..., :3].mean(dtype=np.float64))  # a sum of huge pixels is no float32
     step = -(-film.width // WIDEST)
     height, width = -(-film.height // step), -(-film.width // step)
     rows = np.minimum(np.arange(height * step), film.height - 1)
