@@ -68,8 +68,7 @@ def tangent_displacement(lanes: Any, vector: Float32, midlevel: Float32, scale: 
     """A displacement vector in the frame (tangent, normal, bitangent) of the active uv map."""
     x, y, z = (vector - midlevel) * scale
     normal = unit(lanes.to_object_normal(lanes.ns))
-    tangent, sign = lanes.object_tangent("")
-    tangent = unit(tangent)
+    tangent, sign = lanes.object_tangent("")  # shorter between corners, as in Cycles
     bitangent = sign * unit(vectors.cross(normal, tangent))
     moved: Float32 = lanes.to_world_vector(x * tangent + y * normal + z * bitangent)
     return moved

@@ -244,12 +244,6 @@ def clamp_node(n: NodeView) -> Outputs:
     return {"Result": n.call(clamp, *inputs, static=(str(n.prop("clamp_type", "MINMAX")),))}
 
 
-@node("Squeeze")
-def squeeze_node(n: NodeView) -> Outputs:
-    """A node that Cycles has no more: what it feeds keeps its own value, as there."""
-    return {"Value": None}
-
-
 # ------------------------------------------------------------------ Fresnel
 
 

@@ -34,7 +34,7 @@ def tangent_space_normal(
     if flip:
         y = -y
     side = 1 - 2 * lanes.backfacing
-    normal = unit(lanes.object_normal() if lanes.smooth else lanes.to_object_normal(lanes.ng * side))
+    normal = lanes.frame_normal() if lanes.smooth else unit(lanes.to_object_normal(lanes.ng * side))
     tangent, sign = lanes.object_tangent(name)
     bitangent = sign * vectors.cross(normal, tangent)
     z = 1 + np.clip(strength, 0, 1) * (z - 1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -15,6 +16,7 @@ from .math_nodes import divide, floored_modulo, power, round_half_up, select
 from .registry import Outputs, node
 
 Float32 = NDArray[np.float32]
+SMALLEST_SCALE = 1e-5  # of a texture mapping that divides by it, as in Cycles
 
 
 def stack(x: Float32, y: Float32, z: Float32) -> Float32:
@@ -203,12 +205,6 @@ def pick_axes(axes: str, v: Float32) -> Float32:
     return stack(*(zero if a == "N" else v["XYZ".index(a)] for a in axes))
 
 
-@op(VECTOR)
-def limited(v: Float32, low: Float32, high: Float32) -> Float32:
-    """Clamped component by component."""
-    return np.minimum(np.maximum(v, low), high)
-
-
 def texture_mapping(n: NodeView, vector: Value) -> Value:
     """The texture mapping that old files carry inside a texture node."""
     settings = dict(n.node.props["texture_mapping"])  # type: ignore[call-overload]
@@ -218,18 +214,17 @@ def texture_mapping(n: NodeView, vector: Value) -> Value:
     )
     if axes != "XYZ":
         vector = n.call(pick_axes, vector, static=(axes,))
-    parts = [
-        n.constant(settings.get(name, default), VECTOR)
-        for name, default in (("translation", 0.0), ("rotation", 0.0), ("scale", 1.0))
-    ]
-    vector = mapped(n, str(settings.get("vector_type", "POINT")), vector, *parts)
-    if settings.get("use_min") or settings.get("use_max"):
-        low = settings["min"] if settings.get("use_min") else (-3e38,) * 3
-        high = settings["max"] if settings.get("use_max") else (3e38,) * 3
-        vector = n.call(limited, vector, n.constant(low, VECTOR), n.constant(high, VECTOR))
-    if settings.get("mapping", "FLAT") != "FLAT":
-        n.approximate(f"texture mapping {settings['mapping']} is taken as flat")
-    return vector
+    kind = str(settings.get("vector_type", "POINT"))
+    scale = settings.get("scale", (1.0, 1.0, 1.0))
+    if kind in ("TEXTURE", "NORMAL"):
+        scale = tuple(map(invertible, scale))
+    parts = settings.get("translation", 0.0), settings.get("rotation", 0.0), scale
+    return mapped(n, kind, vector, *(n.constant(part, VECTOR) for part in parts))
+
+
+def invertible(scale: float) -> float:
+    """A factor that can be divided by."""
+    return scale if abs(scale) >= SMALLEST_SCALE else math.copysign(SMALLEST_SCALE, scale)
 
 
 @op(VECTOR)

@@ -15,7 +15,8 @@ WIDEST, SMALL = 480, 240  # pixels of an error picture, and of one among many
 def error_picture(film: Film) -> Float32:
     """Each pixel's standard error over the image's mean, top row first, averaged down to a small picture."""
     error = np.sqrt(np.nan_to_num(film.variance_of_mean()).mean(axis=2))
-    return shrunk(error, WIDEST, float(film.image()[..., :3].mean()))
+    mean = film.image()[..., :3].mean(dtype=np.float64)  # a sum of huge pixels is no float32
+    return shrunk(error, WIDEST, float(mean))
 
 
 def difference_picture(image: Float64, reference: Float64) -> Float32:

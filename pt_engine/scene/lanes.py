@@ -16,6 +16,7 @@ from ..core import vectors
 from ..core.view import View
 from ..nodes.ir import REST
 from .arrivals import Arrival
+from .attributes import between
 from .bevel import bevelled
 from .faces import Faces
 from .moved import moved, steps
@@ -176,6 +177,14 @@ class Lanes:
         if normals is None:
             return self.to_object_normal(self.ng * (1 - 2 * self.backfacing))
         return normals.at(si.prim, si.instance, si.u, si.v)
+
+    def frame_normal(self) -> Float32:
+        """(3, n) unit object-space normal, blended of units also where `ns` blends in the world."""
+        si, normals = self.si, self.scene.normals
+        if normals is None:
+            return vectors.normalize(self.object_normal())
+        a, b, c = (vectors.normalize(n) for n in normals.corners(si.prim, si.instance))
+        return vectors.normalize(between((a, b - a, c - a), si.u, si.v))
 
     def to_world_normal(self, n: Float32) -> Float32:
         """Object to world through the instances' inverse transposes (unnormalised)."""

@@ -23,6 +23,7 @@ def torn(data):
 def stage():
     scene, tree = build()
     material = bpy.data.materials["Test"]
+    bpy.data.objects["Ball"].scale = (1.2, 0.8, 1.3)  # where the mesh of a single user is shaded in the world
     box = bpy.data.objects["Box"]
     box.modifiers.new("Bevel", "BEVEL").width = 0.3
     bpy.ops.mesh.primitive_monkey_add(size=1.8, location=(-1.4, 0, -1.9), rotation=(0.3, 0.2, 0.5))
@@ -49,6 +50,7 @@ def stage():
 
 
 BENT = {"Color": (0.6, 0.3, 0.9, 1), "Strength": 0.7}
+MOVED = {"Vector": (0.6, 0.3, 0.9, 1), "Scale": 0.7}
 CASES = [
     case("NewGeometry", "Pointiness"),
     case("NewGeometry", "Random Per Island"),
@@ -63,6 +65,7 @@ CASES = [
         case("NormalMap", "Normal", links=BENT | {"Strength": 1.6}),
         case("NormalMap", "Normal", links=BENT, convention="DIRECTX"),
         *(case("NormalMap", "Normal", links=BENT, base=base) for base in ("ORIGINAL", "DISPLACED")),
+        case("VectorDisplacement", "Displacement", links=MOVED, space="TANGENT"),
         case("Attribute", "Vector", attribute_name="UVMap.tangent_sign"),
         case("Attribute", "Fac", attribute_name="tangent_sign"),
     ),

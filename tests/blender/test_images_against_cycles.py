@@ -71,7 +71,7 @@ def test_bad_images_look_as_in_cycles_and_are_named(files):
     assert not lines
     for name in ("missing.png", "empty.png", "half.png", "half.exr", "no image is set"):
         assert any(name in effect and "magenta" in effect for effect in effects), name
-    assert {where for where, _, _ in unsupported} == {"Image missing.png", "Image empty.png"}
+    assert not unsupported  # said once
 
 
 @pytest.mark.parametrize("frame", [5, 6, 40])

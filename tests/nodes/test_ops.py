@@ -39,8 +39,8 @@ MAPPING = {
     "mapping_x": "Y",
     "mapping_y": "X",
     "mapping_z": "NONE",
-    "use_min": True,
-    "min": (0, 0, 0),
+    "vector_type": "TEXTURE",
+    "scale": (0, 1, 2),
     "rotation": (0, 0, 1),
 }
 

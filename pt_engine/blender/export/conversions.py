@@ -1,8 +1,8 @@
 """What happens to a value or link on its way through sockets of other types, by Blender's rules.
 
 A colour becomes a number by its luminance, a vector by its mean; a number fills all channels; into an integer
-it is truncated, into a boolean compared with 0. Where a link needs it, an ordinary node that does the same is
-put in by the `flattener` (its `extra`).
+it is truncated, into a boolean compared with 0 (before Blender 5 truncated). Where a link needs it, an
+ordinary node that does the same is put in by the `flattener` (its `extra`).
 """
 
 from __future__ import annotations
@@ -18,23 +18,33 @@ BLENDER_5 = bpy.app.version >= (5, 0, 0)
 VALUE_TYPES = {"VALUE", "INT", "BOOLEAN", "VECTOR", "RGBA", "STRING", "MENU", "ROTATION", "MATRIX"}
 SCALARS = {"VALUE", "INT", "BOOLEAN"}
 LUMA = (0.2126, 0.7152, 0.0722)
+COUNTS_THOUGH_HIDDEN = {  # no normal, no texture coordinate stands in for what these sockets hide
+    ("ShaderNodeGamma", "Color"),
+    ("ShaderNodeMapRange", "Vector"),
+    ("ShaderNodeTexWhiteNoise", "Vector"),
+    ("ShaderNodeVectorDisplacement", "Vector"),
+    ("ShaderNodeVectorRotate", "Vector"),
+}
 
 
 class Feed(NamedTuple):
     """What reaches a socket: a link, or (link None) a constant; `type` is the socket type it has by now.
 
     `hidden`: the constant is a value that its group node doesn't show, unconverted (see `folding`).
+    `way`: types of the sockets that a link has passed without being converted.
     """
 
     link: Link | None
     constant: object
     type: str
     hidden: bool = False
+    way: tuple[str, ...] = ()
 
 
 def own_value(socket):
-    """The value of an unlinked socket: None where it is hidden or has none."""
-    return None if socket.hide_value else value_of(socket)
+    """The value of an unlinked socket: None where it has none, or hides it behind another meaning."""
+    counts = not socket.hide_value or (socket.node.bl_idname, socket.identifier) in COUNTS_THOUGH_HIDDEN
+    return value_of(socket) if counts else None
 
 
 def value_of(socket):
@@ -48,6 +58,25 @@ def constant_of(socket) -> Feed | None:
     """What an unlinked input of a group hands in; before Blender 5 nothing where its value is hidden."""
     value = value_of(socket) if BLENDER_5 else own_value(socket)
     return None if value is None else Feed(None, value, socket.type, socket.hide_value)
+
+
+def passed_through(flattener, feed: Feed | None, way: tuple[str, ...]) -> Feed | None:
+    """`feed` behind sockets of these types; since Blender 5 links pass them as they are."""
+    if feed is None or feed.link is None or not BLENDER_5:
+        return along(flattener, feed, way)
+    return feed._replace(way=way) if set(way) - {feed.type} and feed.type != "SHADER" else feed
+
+
+def along(flattener, feed: Feed | None, way: tuple[str, ...]) -> Feed | None:
+    """`feed` converted by each socket in turn; since Blender 5 a constant turns into a node as a shader."""
+    for kind in way:
+        if BLENDER_5 and feed is not None and kind == "SHADER" != feed.type:
+            if feed.link is None:
+                value = flattener.extra("RGB", {}, {"value": as_color(feed.constant)})
+                feed = Feed(Link(value, "Color"), None, "RGBA")
+            return feed._replace(type="RGBA")
+        feed = converted(flattener, feed, kind)
+    return feed
 
 
 def converted(flattener, feed: Feed | None, to: str) -> Feed | None:
@@ -64,9 +93,9 @@ def converted(flattener, feed: Feed | None, to: str) -> Feed | None:
         return Feed(Link(flattener.extra("Emission", inputs), "Emission"), None, to)
     if feed.type in ("RGBA", "VECTOR", "ROTATION") and to in SCALARS:
         feed = narrowed(flattener, feed)
-    if to in ("INT", "BOOLEAN") and feed.type == "VALUE":
-        operation, other = ("TRUNC", 0.0) if to == "INT" else ("GREATER_THAN", 0.0)
-        inputs = {"Value": feed.link, "Value_001": other, "Value_002": 0.0}
+    if (feed.type, to) in (("VALUE", "INT"), ("VALUE", "BOOLEAN"), ("INT", "BOOLEAN")):
+        inputs = {"Value": feed.link, "Value_001": 0.0, "Value_002": 0.0}
+        operation = "GREATER_THAN" if to == "BOOLEAN" and BLENDER_5 else "TRUNC"
         number = flattener.extra("Math", inputs, {"operation": operation, "use_clamp": False})
         return Feed(Link(number, "Value"), None, to)
     return Feed(feed.link, None, to)
@@ -99,7 +128,7 @@ def converted_constant(flattener, feed: Feed, to: str) -> Feed | None:
         value = sum(weight * channel for weight, channel in zip(LUMA, value, strict=False))
     elif isinstance(value, tuple):
         value = sum(value) / len(value)
-    kind = {"VALUE": float, "INT": int, "BOOLEAN": lambda x: x > 0}[to]
+    kind = {"VALUE": float, "INT": int, "BOOLEAN": (lambda x: x > 0) if BLENDER_5 else int}[to]
     return Feed(None, kind(value), to)
 
 

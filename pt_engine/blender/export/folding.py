@@ -1,8 +1,9 @@
-"""Values that a group node hides: whether the socket inside gets them, or behaves as unlinked.
+"""What sockets get that depends on whether Blender folds a node: hidden values and conversions on the way.
 
 Blender 5 folds a node whose inputs are all constants before it hands a tree to Cycles, and then a hidden
 value is a constant like any other: a Noise in a group whose hidden Vector is unlinked is flat, at (0, 0, 0).
-If one of its inputs varies, it is not folded, and its coordinates are the Generated ones.
+If one of its inputs varies, it is not folded, and its coordinates are the Generated ones. And what a folded
+node has computed is converted by each group's socket that it passes; a link is not.
 """
 
 from __future__ import annotations
@@ -18,31 +19,49 @@ NAMES = (
     "Value VectorCurve VectorMath VectorRotate"
 )
 FOLDED = frozenset(NAMES.split())
+CONVERSION = "(conversion to "  # begins the names of nodes that stand for a socket's conversion
 
 
 class Hidden(NamedTuple):
-    """A constant that neither its group node nor the socket it reaches shows."""
+    """A constant that neither its group node nor the socket it reaches shows, and that socket's own value."""
 
     value: object
+    own: object = None
 
 
-def with_hidden_values(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
-    """Nodes, each after what feeds it, with every `Hidden` input settled: its value, or None."""
-    if not any(isinstance(value, Hidden) for node in nodes for value in node.inputs.values()):
+class IfFolded(NamedTuple):
+    """What a socket gets of the node `source`: `then` if that is folded, else `otherwise`."""
+
+    source: Link
+    then: object
+    otherwise: object
+
+
+def settled(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
+    """Nodes, each after what feeds it, with every `Hidden` and `IfFolded` input decided."""
+    if not any(isinstance(v, Hidden | IfFolded) for node in nodes for v in node.inputs.values()):
         return nodes
     folded: list[bool] = []
-    settled = []
+    decided = []
     for node in nodes:
-        folds = node.kind in FOLDED and all(is_constant(value, folded) for value in node.inputs.values())
+        folds = node.kind in FOLDED or node.name.startswith(CONVERSION)
+        folds = folds and all(is_constant(value, folded) for value in node.inputs.values())
         folded.append(folds)
-        inputs = {
-            name: (value.value if folds else None) if isinstance(value, Hidden) else value
-            for name, value in node.inputs.items()
-        }
-        settled.append(replace(node, inputs=inputs))
-    return tuple(settled)
+        inputs = {name: decide(value, folds, folded) for name, value in node.inputs.items()}
+        decided.append(replace(node, inputs=inputs))
+    return tuple(decided)
+
+
+def decide(value: object, folds: bool, folded: list[bool]) -> object:
+    """What an input of a node that `folds` is in the end."""
+    if isinstance(value, IfFolded):
+        value = value.then if folded[value.source.node] else value.otherwise
+    if isinstance(value, Hidden):
+        return value.value if folds else value.own
+    return value
 
 
 def is_constant(value: object, folded: list[bool]) -> bool:
     """Whether an input is known before any point is shaded."""
-    return folded[value.node] if isinstance(value, Link) else value is not None
+    source = value.source if isinstance(value, IfFolded) else value
+    return folded[source.node] if isinstance(source, Link) else value is not None

@@ -55,7 +55,7 @@ class ImageTable:
         if getattr(image.original, "is_missing", False):
             library = image.library.filepath if image.library else ""
             self.unsupported.append((where, f"not in its library {library}", "Blender's placeholder, a grid"))
-        return self._noted(export_image(image, path), where)
+        return export_image(image, path)  # what is wrong with it the nodes that show it will say
 
     def _tiled(self, image) -> ImageData:
         """A UDIM; its tiles become images of their own, before it."""
@@ -64,18 +64,15 @@ class ImageTable:
             where = f"Image {image.name}, tile {tile.number}"
             data = export_tile(image, tile)
             tiles.append((tile.number, len(self.images)))
-            self.images.append(self._noted(data, where))
+            self.images.append(data)
+            if data.problem:
+                self.unsupported.append((where, data.problem, "rendered magenta"))
             if tile.is_generated_tile and tile.generated_type != "BLANK":
                 self.unsupported.append((where, "a generated pattern", "one colour, the tile's own"))
             elif data.as_rgba and not stays_encoded(image, data.encoded, data.suffix):
                 what = "a packed tile of more than 8 bits or with multiplied alpha"
                 self.unsupported.append((where, what, "alpha and filter as if it were not packed"))
         return ImageData(tiles=tuple(tiles), **common(image))
-
-    def _noted(self, data: ImageData, where: str) -> ImageData:
-        if data.problem:
-            self.unsupported.append((where, data.problem, "rendered magenta"))
-        return data
 
 
 def common(image) -> dict[str, str]:

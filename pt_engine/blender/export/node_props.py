@@ -104,28 +104,21 @@ def curves(mapping, kind: str) -> dict[str, object]:
 
 
 MAPPING_FIELDS = {
-    "vector_type": "POINT",
     "translation": (0.0, 0.0, 0.0),
     "rotation": (0.0, 0.0, 0.0),
     "scale": (1.0, 1.0, 1.0),
-    "use_min": False,
-    "use_max": False,
-    "min": (0.0, 0.0, 0.0),
-    "max": (1.0, 1.0, 1.0),
     "mapping_x": "X",
     "mapping_y": "Y",
     "mapping_z": "Z",
-    "mapping": "FLAT",
 }
 
 
 def texture_mapping(mapping) -> tuple[tuple[str, object], ...]:
-    """All fields of a texture mapping, () where it maps everything to itself."""
+    """What Cycles reads of a texture mapping (no limits, no projection), () where it maps all to itself."""
     settings = {name: plain(getattr(mapping, name)) for name in MAPPING_FIELDS}
-    limits = {"min", "max"} if not (settings["use_min"] or settings["use_max"]) else set()
-    if all(settings[name] == value for name, value in MAPPING_FIELDS.items() if name not in limits):
+    if settings == MAPPING_FIELDS:
         return ()
-    return tuple(settings.items())
+    return (("vector_type", mapping.vector_type), *settings.items())
 
 
 def read_ies(node) -> str:

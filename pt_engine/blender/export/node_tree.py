@@ -3,13 +3,16 @@
 Groups of any depth, reroutes, muted nodes and muted links are resolved as Blender 5 resolves them:
 
 - a muted node hands on what reaches the input its internal link names; where nothing does, the socket it
-  feeds keeps its own value, and so it is behind an unlinked reroute;
+  feeds (also that of a group) keeps its own value, and so it is behind an unlinked reroute (before Blender 5
+  it gets 0);
 - an unlinked input of a group hands in the value on the group node; where that and the socket inside hide
   their values, the socket inside behaves as unlinked (a texture uses its default coordinates), unless the
   node is folded (see `folding`);
-- a shader in the place of a value counts for nothing: the socket that it reaches keeps its own value;
+- a shader in the place of a value counts for nothing: the socket that it reaches keeps its own value, and
+  so does one behind a node that neither Cycles nor we know;
 - a socket on the way that is narrower than what passes (a colour through a float input of a group)
-  converts it, so ordinary nodes that do the same are put in: Color to BW, a dot product, a truncation;
+  converts constants and what a folded node has computed, but not other links, so ordinary nodes that do the
+  same are put in: Color to BW, a dot product, a truncation (before Blender 5: whatever passes);
 - a colour or value plugged into a shader socket becomes an emission of strength 1, as in Cycles.
 
 Sockets are keyed by `identifier`, which unlike the name is unique: the Mix node has ``Factor_Float``,
@@ -22,14 +25,17 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, field
 
+from ...nodes import catalogue  # noqa: F401  (fills the registry)
+from ...nodes.registry import NODES
 from ...scene.snapshot import Graph, Link, Node
-from .conversions import BLENDER_5, Feed, constant_of, converted, own_value
-from .folding import Hidden, with_hidden_values
+from .conversions import BLENDER_5, Feed, along, constant_of, converted, own_value, passed_through
+from .folding import CONVERSION, Hidden, IfFolded, settled
 from .node_props import node_props
 
 GROUPS = {"ShaderNodeGroup", "ShaderNodeCustomGroup"}
 STRUCTURAL = GROUPS | {"NodeReroute", "NodeGroupInput", "NodeGroupOutput", "NodeFrame"}
 OF_OTHER_TREES = {"GeometryNodeInputSceneTime": "SceneTime"}  # what the inliner leaves of them
+UNKNOWN_TO_CYCLES = {"ShaderNodeSqueeze", "ShaderNodeUVAlongStroke"}
 LONGEST_CHAIN = 100_000
 OUTPUT_SOCKETS = ("Surface", "Volume", "Displacement")
 
@@ -122,44 +128,66 @@ class Flattener:
             scope, node, number = self.pending.popleft()
             self.nodes[number] = self.translate(scope, node)
         nodes, outputs = in_order(self.nodes, outputs, self.notes)
-        nodes = with_hidden_values(nodes)
+        nodes, outputs = in_order(settled(nodes), outputs, [])  # without what has lost its readers
         return Graph(self.name, nodes, outputs, tuple(dict.fromkeys(self.notes)))
 
     def translate(self, scope, node) -> Node:
-        kind = OF_OTHER_TREES.get(node.bl_idname, node.bl_idname.removeprefix("ShaderNode"))
-        if kind == node.bl_idname:
-            self.notes.append((scope.path + node.name, f"node {node.bl_idname} is not understood"))
         inputs = {socket.identifier: self.input(scope, socket) for socket in node.inputs}
-        return Node(kind, scope.path + node.name, inputs, node_props(node, self.images))
+        return Node(kind_of(node), scope.path + node.name, inputs, node_props(node, self.images))
 
     def input(self, scope, socket):
         """A link, the constant that arrives, or the socket's own value."""
-        feed = converted(self, self.feed(scope, socket), socket.type)
+        feed = self.feed(scope, socket)
+        value = self.arrived(feed, socket)
+        if feed is None or not feed.way:
+            return value
+        stepwise = self.arrived(along(self, feed, feed.way), socket)
+        return value if stepwise == value else IfFolded(feed.link, stepwise, value)
+
+    def arrived(self, feed, socket):
+        """What a socket makes of its feed."""
+        feed = converted(self, feed, socket.type)
         if feed is None:
             return own_value(socket)
         if feed.hidden and socket.hide_value:
-            return Hidden(feed.constant)
+            return Hidden(feed.constant, own_value(socket))
         return feed.constant if feed.link is None else feed.link
 
     def feed(self, scope, socket) -> Feed | None:
         """What reaches an input socket; None where nothing does."""
         passed: list[str] = []  # types of the sockets on the way, nearest first
-        feed = border = None
+        feed = holder = None  # the last socket of a group that was passed: it has a value of its own
+        bridged = False  # whether the last step was through a muted node or a reroute
         while (source := scope.feeds.get(socket.as_pointer())) is not None:
             node, out = source
             if not node.mute and node.bl_idname not in STRUCTURAL:
-                feed = Feed(Link(self.add(scope, node), out.identifier), None, out.type)
+                if not self.is_unknown(scope, node, out):
+                    feed = Feed(Link(self.add(scope, node), out.identifier), None, out.type)
+                elif BLENDER_5:
+                    return None
                 break
-            border = not node.mute and node.bl_idname != "NodeReroute"
-            scope, socket = step(scope, node, out)
-            if socket is None or len(passed) > LONGEST_CHAIN:
-                return None
+            scope, beyond = step(scope, node, out)
+            if beyond is None or len(passed) > LONGEST_CHAIN:
+                break
+            socket, bridged = beyond, node.mute or node.bl_idname == "NodeReroute"
             passed.append(socket.type)
-        else:
-            feed = constant_of(socket) if border else None
-        for kind in reversed(passed):
-            feed = converted(self, feed, kind)
-        return feed
+            if not bridged:
+                holder, held = socket, len(passed)
+        if feed is None and bridged and not BLENDER_5:
+            return Feed(None, 0.0, "VALUE")
+        if feed is None and holder is not None:
+            feed = constant_of(holder)
+            del passed[held:]
+        return passed_through(self, feed, tuple(reversed(passed)))
+
+    def is_unknown(self, scope, node, out) -> bool:
+        """Whether a node's values are nobody's: what it feeds keeps its own value."""
+        if out.type == "SHADER" or kind_of(node) in NODES:
+            return False
+        if node.bl_idname not in UNKNOWN_TO_CYCLES:
+            effect = f"{kind_of(node)} is not understood: what it feeds keeps its own value"
+            self.notes.append((scope.path + node.name, effect))
+        return True
 
     def add(self, scope, node) -> int:
         key = (scope.key, node.as_pointer())
@@ -174,11 +202,16 @@ class Flattener:
 
     def extra(self, kind: str, inputs: dict, props: dict | None = None) -> int:
         """A node of our own; the same one for the same input."""
-        key = (kind, tuple(inputs.items()))
+        key = (kind, tuple(inputs.items()), *(props or {}).items())
         if key not in self.number:
             self.number[key] = number = self.reserve()
-            self.nodes[number] = Node(kind, f"(conversion to {kind})", inputs, props or {})
+            self.nodes[number] = Node(kind, f"{CONVERSION}{kind})", inputs, props or {})
         return self.number[key]
+
+
+def kind_of(node) -> str:
+    """Our name of a node's type."""
+    return OF_OTHER_TREES.get(node.bl_idname, node.bl_idname.removeprefix("ShaderNode"))
 
 
 def active_output(scope, target: str):
@@ -253,10 +286,10 @@ def in_order(nodes, outputs, notes):
                 continue
             state[number] = 1
             for socket, value in nodes[number].inputs.items():
-                if isinstance(value, Link):
-                    if state[value.node] == 0:
-                        stack.append(value.node)
-                    elif state[value.node] == 1:
+                for link in links_of(value):
+                    if state[link.node] == 0:
+                        stack.append(link.node)
+                    elif state[link.node] == 1:
                         cut.add((number, socket))
     new = {old: position for position, old in enumerate(order)}
     result = []
@@ -271,5 +304,12 @@ def in_order(nodes, outputs, notes):
     return tuple(result), {socket: renumbered(link, new) for socket, link in outputs.items()}
 
 
+def links_of(value) -> list[Link]:
+    """The links that an input is or may become."""
+    return [v for v in (value if isinstance(value, IfFolded) else (value,)) if isinstance(v, Link)]
+
+
 def renumbered(value, new):
+    if isinstance(value, IfFolded):
+        return IfFolded(*(renumbered(part, new) for part in value))
     return Link(new[value.node], value.socket) if isinstance(value, Link) else value
