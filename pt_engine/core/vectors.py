@@ -54,12 +54,6 @@ def difference_of_products(a: Float32, b: Float32, c: Float32, d: Float32) -> Fl
     return result.astype(np.float32)
 
 
-def faceforward(n: Float32, w: Float32) -> Float32:
-    """n, turned to the side that w points to."""
-    sign: Float32 = np.copysign(np.float32(1.0), dot(n, w))
-    turned: Float32 = n * sign
-    return turned
-
 
 def mean3(a: Float32) -> Float32:
     """Mean of the three components of (3, N), or the row itself of (1, N): (N,)."""

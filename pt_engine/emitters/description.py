@@ -12,7 +12,6 @@ class Description:
     counts: dict[str, int]
     has_delta: bool
     all_delta: bool
-    has_environment: bool
     has_triangles: bool
     meets_lamps: bool  # some ray that is not the camera's can meet a lamp
     camera_meets_lamps: bool

@@ -206,7 +206,6 @@ class Lights:
             counts=counts,
             has_delta=any(delta),
             all_delta=bool(delta) and all(delta),
-            has_environment=self._environment is not None,
             has_triangles=self._faces is not None,
             meets_lamps=any(not part.delta for part in self._lamps),
             camera_meets_lamps=any(any(part.camera) for part in self._lamps),
