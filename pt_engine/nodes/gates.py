@@ -3,7 +3,7 @@
 A closure's weight is a product, and where a factor of it is 0 the closure's other values do not matter, nor
 do the factors after it. Such a factor is a *gate*. Of the steps that cost much those whose results are only
 read behind gates run on the lanes where one of these is not 0; on the others their results are 0, as if the
-texture were black there.
+texture were black there. A noise whose Factor is read on more lanes than its Color is computed in two parts.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .ir import FLOAT
-from .program import ConstantTable, Entry, Slot, Step, Structure, dead_after
+from .ir import COLOR, FLOAT, Op, first_component
+from .program import ConstantTable, Entry, Slot, Step, Structure, components_wanted, dead_after
 
 Float32 = NDArray[np.float32]
 ALWAYS: Final = -1  # where a result is read on all lanes
@@ -131,9 +131,72 @@ class GatedEntry(Entry):
     ) -> None:
         super().__init__(structure, table, roots)
         weights = [self.outputs[w] if w >= 0 else None for w in weight_of]
-        gates = Gates(self.steps, zip(self.outputs, weights, strict=True))
-        self.steps = [behind(gates.of[k], self.steps[k]) for k in gates.order()]
+        read_where = list(zip(self.outputs, weights, strict=True))
+        steps = with_firsts_apart(self.steps, self.outputs, read_where, self._size)
+        gates = Gates(steps, read_where)
+        self.steps = [behind(gates.of[k], steps[k]) for k in gates.order()]
+        self._size = max([self._size, *(s.first + len(s.op.types) for s in self.steps)])
         self._dead = dead_after(self.steps, self.outputs)
+
+
+Parts = tuple[Step, Step, Step]
+
+
+def firsts_apart(steps: Sequence[Step], outputs: Sequence[Slot], size: int) -> dict[int, Parts]:
+    """For steps whose first component some read alone: it, what else is read, and their sum, by the result.
+
+    The first two results' numbers begin at `size`; the sum has the step's own.
+    """
+    alone = {s.args[0].number for s in steps if s.op is first_component}
+    read = components_wanted([s for s in steps if s.op is not first_component], outputs)
+    parts: dict[int, Parts] = {}
+    for step in steps:
+        rest = sorted(read.get(step.first, set()) - {0})
+        if step.op.part is None or not step.op.dear or step.first not in alone or not rest:
+            continue
+        first, others = (
+            Step(step.op.part(channels), step.static, step.shift, step.args, size + k)
+            for k, channels in enumerate(((0,), tuple(rest)))
+        )
+        slots = tuple(Slot(False, part.first, step.op.types[0]) for part in (first, others))
+        parts[step.first] = first, others, Step(joined, (), 0, slots, step.first)
+        size += 2
+    return parts
+
+
+def with_firsts_apart(
+    steps: Sequence[Step],
+    outputs: Sequence[Slot],
+    read_where: Sequence[tuple[Slot, Slot | None]],
+    size: int,
+) -> list[Step]:
+    """Steps, of which some are apart as `firsts_apart` has it: where the rest is wanted on fewer lanes."""
+    parts = firsts_apart(steps, outputs, size)
+    if not parts:
+        return list(steps)
+    apart = replaced(steps, parts)
+    of = dict(zip((s.first for s in apart), Gates(apart, read_where).of, strict=True))
+    fewer = (k for k, (first, rest, _) in parts.items() if of[rest.first] not in ((), of[first.first]))
+    return replaced(steps, {k: parts[k] for k in fewer})
+
+
+def replaced(steps: Sequence[Step], parts: dict[int, Parts]) -> list[Step]:
+    """Steps with some in parts, from the first of which those take the first component that read it alone."""
+    out: list[Step] = []
+    for step in steps:
+        if step.op is first_component and step.args[0].number in parts:
+            first = parts[step.args[0].number][0].first
+            step = step._replace(args=(step.args[0]._replace(number=first),))
+        out += parts.get(step.first, (step,))
+    return out
+
+
+def _joined(a: Float32, b: Float32) -> Float32:
+    """Of two that give different components."""
+    return a + b
+
+
+joined: Final = Op(_joined, (COLOR,))
 
 
 def behind(gates: tuple[int, ...], step: Step) -> Step:

@@ -1,6 +1,7 @@
-"""Parts of Perlin noise's lattice hashed as a whole, for lanes that are more than its points.
+"""Parts of a lattice hashed as a whole, for lanes that are more than its points.
 
-Bumps, bounces and samples come back to the same places octave by octave, so grids are kept.
+Bumps, bounces and samples come back to the same places octave by octave, so grids are kept: here those of
+Perlin noise, in `voronoi_grids` those of Voronoi cells.
 """
 
 from __future__ import annotations
@@ -8,8 +9,8 @@ from __future__ import annotations
 import itertools
 import math
 import threading
-from collections.abc import Sequence
-from typing import Any, Final
+from collections.abc import Callable, Sequence
+from typing import Any, Final, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ Float32 = NDArray[np.float32]
 UInt32 = NDArray[np.uint32]
 
 FEW: Final = 2048  # lanes beside which a grid's calls cost more than it spares
-DEAR: Final = 2.5  # times as much as a point of a grid a lane's corners cost
+DEAR: Final = 2.5  # times as much as a point of a grid the eight corners of a lane cost
 CHUNK: Final = 32768  # points hashed at a time
 MOST: Final = 1 << 18  # points of a grid; looking up cells of a larger one is hardly cheaper than hashing
 KEPT: Final = 1 << 25  # bytes of all grids that are kept
@@ -85,14 +86,24 @@ def points_of(lines: Sequence[NDArray[np.int32]]) -> list[UInt32]:
     return [np.ascontiguousarray(axis).reshape(-1).view(np.uint32) for axis in axes[::-1]]
 
 
-class Place:
+class HasSize(Protocol):
+    """A grid of any kind."""
+
+    @property
+    def nbytes(self) -> int: ...
+
+
+G = TypeVar("G", bound=HasSize)
+
+
+class Place(Generic[G]):
     """A box of the lattice, how many lanes have come since it is as large, and its grid if they were many."""
 
     def __init__(self, first: Sequence[int], last: Sequence[int]) -> None:
-        self.first, self.last, self.lanes = list(first), list(last), 0
-        self.grid: Grid | None = None
+        self.first, self.last, self.lanes = list(first), list(last), 0.0
+        self.grid: G | None = None
 
-    def widen(self, first: Sequence[int], last: Sequence[int]) -> None:
+    def widen(self, first: Sequence[int], last: Sequence[int], most: int) -> None:
         """Have the box hold another, with some room around it if it did not; alone if both are too much."""
         ends = list(zip(self.first, self.last, first, last, strict=True))
         if all(a <= c and d <= b for a, b, c, d in ends):
@@ -100,7 +111,7 @@ class Place:
         room = max(max(b, d) - min(a, c) for a, b, c, d in ends) >> 4
         self.first = [a if a <= c else c - room for a, _, c, _ in ends]
         self.last = [b if d <= b else d + room for _, b, _, d in ends]
-        if points_between(self.first, self.last) > MOST:
+        if points_between(self.first, self.last) > most:
             self.first, self.last = list(first), list(last)
         self.lanes, self.grid = 0, None
 
@@ -110,30 +121,38 @@ def points_between(first: Sequence[int], last: Sequence[int]) -> int:
     return math.prod([b - a + 1 for a, b in zip(first, last, strict=True)])
 
 
-class Grids:
-    """Grids by place. One is made when the lanes that came there, hashed one by one, have cost as much."""
+class Grids(Generic[G]):
+    """Grids by place. One is made when the lanes that came there, hashed one by one, have cost as much.
 
-    def __init__(self) -> None:
-        self._places: dict[tuple[int, ...], Place] = {}
+    Parameters
+    ----------
+    make : callable
+        The first and the last point of a box, by axis → its grid.
+    most : int
+        Points of a grid.
+    """
+
+    def __init__(self, make: Callable[[Sequence[int], Sequence[int]], G], most: int) -> None:
+        self._make, self._most = make, most
+        self._places: dict[tuple[int, ...], Place[G]] = {}
         self._lock = threading.Lock()
 
-    def around(self, first: Sequence[int], last: Sequence[int], lanes: int) -> Grid | None:
-        """One that holds some cells' corners, or None where hashing lane by lane is less work so far."""
-        last = [b + 1 for b in last]
-        if points_between(first, last) > MOST:
+    def around(self, first: Sequence[int], last: Sequence[int], lanes: float) -> G | None:
+        """One that holds a box, or None where hashing 8 points for each lane is less work so far."""
+        if points_between(first, last) > self._most:
             return None
         length = max(b - a for a, b in zip(first, last, strict=True)).bit_length()
         # boxes about as large, about there, are one place
         key = (length, *((a + b >> length) + 1 >> 1 for a, b in zip(first, last, strict=True)))
         with self._lock:
-            place = self._places.pop(key, None) or Place(first, last)
+            place = self._places.pop(key, None) or Place[G](first, last)
             self._places[key] = place
             before = place.grid
-            place.widen(first, last)
+            place.widen(first, last, self._most)
             place.lanes += lanes
             points = points_between(place.first, place.last)
-            if place.grid is None and points <= MOST and points < DEAR * place.lanes:
-                place.grid = Grid(place.first, place.last)
+            if place.grid is None and points <= self._most and points < DEAR * place.lanes:
+                place.grid = self._make(place.first, place.last)
             if len(self._places) > PLACES:
                 del self._places[next(iter(self._places))]
             if place.grid is not before:
@@ -150,4 +169,4 @@ class Grids:
             kept -= 0 if grid is None else grid.nbytes
 
 
-GRIDS: Final = Grids()
+GRIDS: Final = Grids(Grid, MOST)

@@ -117,7 +117,7 @@ def scaled_noise(cloud: Cloud, scale: Float32) -> Float32:
     if shift is not None and size >= FEW:
         if any(turned for turned, _ in shift):
             ends = _shifted(np.array(ends, np.float32), shift).tolist()
-        grid = GRIDS.around([math.floor(a) for a, _ in ends], [math.floor(b) for _, b in ends], size)
+        grid = GRIDS.around([math.floor(a) for a, _ in ends], [math.floor(b) + 1 for _, b in ends], size)
     count = -(-(size << dimension) // BLOCK)
     n = -(-size // count)
     m = n + n % 2  # lanes go in pairs

@@ -277,19 +277,26 @@ def taken_together(steps: Sequence[Step], table: ConstantTable, size: int) -> li
 
 def components_read(steps: Sequence[Step], outputs: Iterable[Slot]) -> list[Step]:
     """Steps that give no component which nothing reads, where that is less work."""
-    read = {s.number: {0, 1, 2} for s in outputs if not s.constant}
+    wanted = components_wanted(steps, outputs)
     kept = []
-    for step in reversed(steps):
-        results = range(step.first, step.first + len(step.op.types))
-        some = read.get(step.first, set())
+    for step in steps:
+        some = wanted.get(step.first, set())
         if step.op.part is not None and len(some) < 3:
             step = step._replace(op=step.op.part(tuple(sorted(some))))
+        kept.append(step)
+    return kept
+
+
+def components_wanted(steps: Sequence[Step], outputs: Iterable[Slot]) -> dict[int, set[int]]:
+    """By result which of its components some steps or outputs read."""
+    read = {s.number: {0, 1, 2} for s in outputs if not s.constant}
+    for step in reversed(steps):
+        results = range(step.first, step.first + len(step.op.types))
         taken = {k for k, number in enumerate(results) if number in read}
         for s in step.args:
             if not s.constant:
                 read[s.number] = read.get(s.number, set()) | (taken if step.op.splits else {0, 1, 2})
-        kept.append(step)
-    return kept[::-1]
+    return read
 
 
 def dead_after(steps: Sequence[Step], outputs: Iterable[Slot]) -> list[list[int]]:

@@ -27,10 +27,12 @@ from .voronoi_cells import (
     sum_of_squares,
     two_smallest,
 )
+from .voronoi_grids import grid_around
 
 BLOCK: Final = 65536  # cells at a time
 FEW: Final = 512  # lanes for which two ways cost more than one
 MUCH: Final = 0.5  # randomness beyond which points are often far
+NO_BORDER: Final = np.float32(0.0001)  # squared distance of points up to which there is none between them
 SURE: Final = np.float32(1 - 1e-5)  # rounding aside
 
 
@@ -43,17 +45,17 @@ class Octave(NamedTuple):
 
 
 Arrays = tuple[NDArray[Any], ...]
-Kernel = Callable[[Settings, Point], Arrays]
+Kernel = Callable[[Cells], Arrays]
 
 
 def in_blocks(kernel: Kernel, settings: Settings, point: Point, cells: int = 3) -> Arrays:
     """What `kernel` gives, a block of lanes at a time, of which each looks at so many cells an axis."""
     size = max(a.shape[-1] for a in (*point, *settings[2:]))
-    step = max(BLOCK // cells ** len(point), 1)
-    parts = []
+    count = cells ** len(point)
+    step, grid, parts = max(BLOCK // count, 1), grid_around(point, count), []
     for start in range(0, size, step):
         span = slice(start, min(start + step, size))
-        parts.append(kernel(settings.of(span), [np.broadcast_to(p, size)[span] for p in point]))
+        parts.append(kernel(Cells(settings.of(span), [np.broadcast_to(p, size)[span] for p in point], grid)))
     if len(parts) == 1:
         return parts[0]
     return tuple(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
@@ -99,17 +101,15 @@ def f1(settings: Settings, point: Point) -> Octave:
     return _octave(mostly_near(_near_f1, _f1, settings, point))
 
 
-def _f1(settings: Settings, point: Point) -> tuple[Float32, ...]:
-    cells = Cells(settings, point)
+def _f1(cells: Cells) -> tuple[Float32, ...]:
     points = cells.points()
-    return cells.octave(Nearest(distance(settings, _ways(cells, points))), points)
+    return cells.octave(Nearest(distance(cells.settings, _ways(cells, points))), points)
 
 
-def _near_f1(settings: Settings, point: Point) -> Arrays:
-    cells = Cells(settings, point)
+def _near_f1(cells: Cells) -> Arrays:
     offset, far = cells.near()
     points = cells.points_at(offset)
-    nearest = Nearest(distance(settings, _ways(cells, points)))
+    nearest = Nearest(distance(cells.settings, _ways(cells, points)))
     return *cells.octave(nearest, points, offset), nearest.distance < far * SURE
 
 
@@ -118,10 +118,9 @@ def f2(settings: Settings, point: Point) -> Octave:
     return _octave(in_blocks(_f2, settings, point))
 
 
-def _f2(settings: Settings, point: Point) -> tuple[Float32, ...]:
-    cells = Cells(settings, point)
+def _f2(cells: Cells) -> tuple[Float32, ...]:
     points = cells.points()
-    distances = np.array(distance(settings, _ways(cells, points)))
+    distances = np.array(distance(cells.settings, _ways(cells, points)))
     distances.reshape(-1)[Nearest(distances).index] = FAR
     return cells.octave(Nearest(distances), points)
 
@@ -133,9 +132,8 @@ def distances(settings: Settings, point: Point) -> Float32:
     return mostly_near(_near_distance, _distance, settings, point)[0]
 
 
-def _distance(settings: Settings, point: Point) -> tuple[Float32, ...]:
-    cells = Cells(settings, point)
-    return (smallest(distance(settings, _ways_alone(cells, cells.points()))),)
+def _distance(cells: Cells) -> tuple[Float32, ...]:
+    return (smallest(distance(cells.settings, _ways_alone(cells, cells.points()))),)
 
 
 def two_distances(settings: Settings, point: Point) -> Arrays:
@@ -143,28 +141,26 @@ def two_distances(settings: Settings, point: Point) -> Arrays:
     return mostly_near(_near_two_distances, _two_distances, settings, point)
 
 
-def _two_distances(settings: Settings, point: Point) -> Arrays:
-    cells = Cells(settings, point)
-    return two_smallest(distance(settings, _ways_alone(cells, cells.points())))
+def _two_distances(cells: Cells) -> Arrays:
+    return two_smallest(distance(cells.settings, _ways_alone(cells, cells.points())))
 
 
-def _near_distance(settings: Settings, point: Point) -> Arrays:
-    cells = Cells(settings, point)
+def _near_distance(cells: Cells) -> Arrays:
     offset, far = cells.near()
-    found = smallest(distance(settings, _ways_alone(cells, cells.points_at(offset))))
+    found = smallest(distance(cells.settings, _ways_alone(cells, cells.points_at(offset))))
     return found, found < far * SURE
 
 
-def _near_two_distances(settings: Settings, point: Point) -> Arrays:
-    cells = Cells(settings, point)
+def _near_two_distances(cells: Cells) -> Arrays:
     offset, far = cells.near()
-    first, second = two_smallest(distance(settings, _ways_alone(cells, cells.points_at(offset))))
+    first, second = two_smallest(distance(cells.settings, _ways_alone(cells, cells.points_at(offset))))
     return first, second, second < far * SURE
 
 
 def smooth_f1(settings: Settings, point: Point) -> Octave:
     """The nearest points blended over `smoothness`."""
-    cells, k = Cells(settings, point), settings.smoothness
+    cells = Cells(settings, point, grid_around(point, 5 ** len(point)))
+    k = settings.smoothness
     dist: Float32 | None = None
     color = np.zeros((3, cells.local[0].shape[-1]), np.float32)
     place: list[Float32] = [np.zeros(1, np.float32)] * cells.dimension
@@ -190,21 +186,24 @@ def edge_distance(settings: Settings, point: Point) -> Float32:
     return in_blocks(_edge_distance, settings, point)[0]
 
 
-def _edge_distance(settings: Settings, point: Point) -> tuple[Float32, ...]:
-    cells = Cells(settings, point)
+def _edge_distance(cells: Cells) -> tuple[Float32, ...]:
     if cells.dimension == 1:
         before, own, after = cells.points()[0]
         sides = [np.abs((own + p) * np.float32(0.5) - cells.local[0]) for p in (before, after)]
         return (np.minimum(*sides),)
     ways = _ways_alone(cells, cells.points())
-    best = Nearest(sum_of_squares(ways)).of(ways)
+    nearest = Nearest(sum_of_squares(ways))
+    best = nearest.of(ways)
     size, middle = _twice_middle(ways[0], best[0])
-    for way, nearest in zip(ways[1:], best[1:], strict=True):
-        for total, part in zip((size, middle), _twice_middle(way, nearest), strict=True):
+    for way, own in zip(ways[1:], best[1:], strict=True):
+        for total, part in zip((size, middle), _twice_middle(way, own), strict=True):
             total += part
-    # the nearest cell itself has no border with itself
-    same = np.flatnonzero(~(size > np.float32(0.0001)))
+    # the nearest point has no border with itself; hardly ever another is as near to it as that
+    same = nearest.index
     size.reshape(-1)[same] = 1
+    if not np.min(size) > NO_BORDER:
+        same = np.concatenate([same, others := np.flatnonzero(~(size > NO_BORDER))])
+        size.reshape(-1)[others] = 1
     np.sqrt(size, out=size)
     middle *= np.divide(np.float32(0.5), size, out=size)
     middle.reshape(-1)[same] = FAR
@@ -225,8 +224,7 @@ def sphere_radius(settings: Settings, point: Point) -> Float32:
     return in_blocks(_sphere_radius, settings, point)[0]
 
 
-def _sphere_radius(settings: Settings, point: Point) -> tuple[Float32, ...]:
-    cells = Cells(settings, point)
+def _sphere_radius(cells: Cells) -> tuple[Float32, ...]:
     points = cells.points()
     nearest = Nearest(sum_of_squares(_ways(cells, points)))
     own = nearest.of(points)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from .hashes import cell, floats_to_color, floats_to_float
 from .math_nodes import divide
+from .voronoi_grids import CellGrid
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -82,10 +83,10 @@ def _whole(f: Float32) -> Float32:
 
 
 class Cells:
-    """The grid around some points."""
+    """The cells around some points, and where the points in them are known from if not hashed."""
 
-    def __init__(self, settings: Settings, point: Point) -> None:
-        self.settings = settings
+    def __init__(self, settings: Settings, point: Point, grid: CellGrid | None = None) -> None:
+        self.settings, self._grid = settings, grid
         self.low = [np.floor(p) for p in point]
         self.local = [p - f for p, f in zip(point, self.low, strict=True)]
         self.dimension = len(point)
@@ -95,6 +96,8 @@ class Cells:
         """The point of the cell `offset` away, in [0, 1] of that cell."""
         if self.dimension == 1:
             return [floats_to_float(self._cell_1d(offset[0]))]
+        if self._grid is not None:
+            return self._grid.random(self.number, offset)
         return cell(*(k + o for k, o in zip(self.number, offset, strict=True)))
 
     def _cell_1d(self, offset: Int32) -> Float32:

@@ -5,7 +5,7 @@ import pytest
 from support.node_lanes import NodeLanes
 from support.scenes import rgba
 
-from pt_engine.nodes import noise
+from pt_engine.nodes import gates, noise
 from pt_engine.nodes.compile import compile_materials
 from pt_engine.nodes.gates import Gates
 from pt_engine.scene.snapshot import Graph, Link, Node
@@ -80,14 +80,26 @@ def test_a_lane_alone_is_the_lane_among_others():
 
 
 def test_a_mask_made_of_the_texture_it_hides_is_no_gate(sizes):
-    """The first noise decides where the second is wanted, and is itself wanted everywhere."""
+    """The first noise decides where the second is wanted; its own Factor is wanted everywhere."""
     factor = Node("Math", "step", {"Value": Link(3, "Fac"), "Value_001": 0.5}, {"operation": "GREATER_THAN"})
     graph = masked(Link(2, "Value"), *attributes(), factor)
     batch = compile_materials([graph]).batches[0]
     _, textured = batch.closures(lanes(np.ones(N)))
     open_lanes = np.count_nonzero(textured.weight.any(axis=0))
     assert 0 < open_lanes < N
-    assert sum(sizes) == 3 * N + 3 * open_lanes
+    assert sum(sizes) == N + 2 * open_lanes + 3 * open_lanes
+
+
+def test_colors_in_parts_are_the_colors(monkeypatch):
+    """Factor read without a mask and Color behind one: the same numbers as from all at once."""
+    factor = Node("Math", "step", {"Value": Link(3, "Fac"), "Value_001": 0.5}, {"operation": "GREATER_THAN"})
+    graph = masked(Link(2, "Value"), *attributes(), factor)
+    parts = compile_materials([graph]).batches[0].closures(lanes(np.ones(N)))
+    monkeypatch.setattr(gates, "firsts_apart", lambda *_: {})
+    wholes = compile_materials([graph]).batches[0].closures(lanes(np.ones(N)))
+    for part, whole in zip(parts, wholes, strict=True):
+        for a, b in zip((part.weight, *part.params), (whole.weight, *whole.params), strict=True):
+            np.testing.assert_array_equal(a, b)
 
 
 def test_gates_that_wait_for_each_other_are_not_made():

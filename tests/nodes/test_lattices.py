@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from pt_engine.core import memory
-from pt_engine.nodes import grids, lattice, noise, noise_nodes, perlin, voronoi, voronoi_cells
-from pt_engine.nodes.hashes import hash_uints
+from pt_engine.nodes import grids, lattice, noise, noise_nodes, perlin, voronoi, voronoi_cells, voronoi_grids
+from pt_engine.nodes.hashes import cell, hash_uints
 
 FEW = 7
+ALMOST_ONE = 1638.7255, 988  # where two cells' points are less than 0.007 from each other
 
 
 def points(dimension, extent, size=3000):
@@ -28,7 +29,12 @@ def test_perlin_noise_does_not_depend_on_the_batch(dimension, extent):
     apart = [perlin.signed_noise([p[k : k + 1] for p in many])[0] for k in range(FEW)]
     np.testing.assert_array_equal(together[:FEW], apart)
     first, last = ([int(np.floor(end(p))) for p in many] for end in (np.min, np.max))
-    assert (grids.Grids().around(first, last, len(many[0])) is not None) == (extent == 2)
+    assert (perlin_grids().around(first, last, len(many[0])) is not None) == (extent == 2)
+
+
+def perlin_grids(most=grids.MOST):
+    """Grids that know no place yet."""
+    return grids.Grids(grids.Grid, most)
 
 
 class NoGrids:
@@ -44,7 +50,7 @@ def test_grids_of_other_lanes_give_the_same_bits(dimension, monkeypatch):
     """Bumps come back to where grids are, a millionth of a cell or ten cells beside them, or far away."""
     many = points(dimension, 4)
     many[-1][:100] = 1  # on lattice points
-    monkeypatch.setattr(perlin, "GRIDS", kept := grids.Grids())
+    monkeypatch.setattr(perlin, "GRIDS", kept := perlin_grids())
     for offset in (0, 1e-6, 1e-3, 0.3, 1, 10, 1e5, np.nan, 1e30):
         there = [p + np.float32(offset) for p in many]
         with monkeypatch.context() as plain, np.errstate(all="ignore"):
@@ -55,12 +61,11 @@ def test_grids_of_other_lanes_give_the_same_bits(dimension, monkeypatch):
     assert made >= 2
 
 
-def test_a_grid_is_made_once_lanes_have_cost_as_much_and_kept_for_all_that_fit(monkeypatch):
+def test_a_grid_is_made_once_lanes_have_cost_as_much_and_kept_for_all_that_fit():
     """Ski rental: never more than twice the cost of the better way. A box that must grow starts anew."""
-    kept, first, last = grids.Grids(), [0, 0, 0], [38, 38, 38]  # 40³ corners
+    kept, first, last = perlin_grids(most=60**3), [0, 0, 0], [39, 39, 39]  # 40³ corners
     lanes = int(40**3 / grids.DEAR / 3)
     assert [kept.around(first, last, lanes) is None for _ in range(4)] == [True, True, True, False]
-    monkeypatch.setattr(grids, "MOST", 60**3)
     grid = kept.around(first, last, 1)
     assert kept.around([3, 0, 1], [38, 30, 33], 1) is grid
     assert kept.around([-1, 0, 0], last, 1) is None
@@ -74,9 +79,9 @@ def test_only_so_many_grids_are_kept(monkeypatch):
     """Those that were asked for last."""
     monkeypatch.setattr(grids, "KEPT", 5 * 10**3 * 9)
     monkeypatch.setattr(grids, "PLACES", 7)
-    kept = grids.Grids()
+    kept = perlin_grids()
     for k in range(20):
-        kept.around([100 * k] * 3, [100 * k + 8] * 3, 1000)
+        kept.around([100 * k] * 3, [100 * k + 9] * 3, 1000)
     assert [place.first[0] for place in kept._places.values()] == [1500, 1600, 1700, 1800, 1900]
     for k in range(20):
         kept.around([100 * k] * 3, [100 * k + 40] * 3, 1)
@@ -174,6 +179,55 @@ def test_voronoi_does_not_depend_on_the_batch(dimension, feature):
             alone = parts(getattr(voronoi, feature)(there, [p[k : k + 1] for p in many]))
             for a, b in zip(together, alone, strict=True):
                 np.testing.assert_array_equal(a[..., k], b[..., 0])
+
+
+@pytest.mark.parametrize("dimension", [2, 3, 4])
+@pytest.mark.parametrize("feature", ["f1", "f2", "smooth_f1", "edge_distance", "sphere_radius"])
+@pytest.mark.parametrize("randomness", [0.3, 1])
+def test_voronoi_grids_give_the_same_bits(dimension, feature, randomness, monkeypatch):
+    """Many lanes in few cells look points up, to the last cell that any feature looks at; or hash them."""
+    one = np.ones(1, np.float32)
+    settings = voronoi_cells.Settings("F1", "EUCLIDEAN", one, np.float32(randomness) * one, one)
+    find, there = getattr(voronoi, feature), points(dimension, 2)
+    kept = grids.Grids(voronoi_grids.CellGrid, voronoi_grids.MOST)
+    monkeypatch.setattr(voronoi_grids, "GRIDS", kept)
+    for offset in (0, 0.3, -1e5, np.nan):
+        for p in there:
+            p += np.float32(offset)
+        with monkeypatch.context() as plain, np.errstate(all="ignore"):
+            known = parts(find(settings, there))
+            plain.setattr(voronoi_grids, "GRIDS", NoGrids)
+            for a, b in zip(known, parts(find(settings, there)), strict=True):
+                np.testing.assert_array_equal(a.view(np.uint32), b.view(np.uint32))
+    assert sum(place.grid is not None for place in kept._places.values()) >= 2
+
+
+def test_a_point_upon_another_has_no_edge_with_it():
+    """Without randomness points are the cells' corners: half a step to the edge, whoever else is there."""
+    one, steps = np.ones(1, np.float32), np.linspace(-0.49, 0.49, 600, dtype=np.float32)
+    settings = voronoi_cells.Settings("F1", "EUCLIDEAN", one, 0 * one, one)
+    edge = voronoi.edge_distance(settings, [steps + np.float32(3), 0 * steps])
+    np.testing.assert_allclose(edge, 0.5 - np.abs(steps), atol=1e-6)
+    edge = voronoi.edge_distance(settings, [np.full(600, np.nan, np.float32), 0 * steps])
+    np.testing.assert_array_equal(edge, voronoi_cells.FAR)
+
+
+def test_there_is_no_border_between_points_that_are_almost_one():
+    """Against the definition, of the cells around: half the way to each point that is not within 0.01."""
+    random, one = np.random.default_rng(0), np.ones(1, np.float32)
+    lanes = np.array(ALMOST_ONE)[:, None] + random.normal(scale=0.2, size=(2, 1000))
+    lanes = lanes.astype(np.float32)
+    settings = voronoi_cells.Settings("F1", "EUCLIDEAN", one, one, one)
+    steps = np.array([(a, b) for b in (-1, 0, 1) for a in (-1, 0, 1)], np.int32).T[:, :, None]
+    own = np.floor(lanes)[:, None]
+    around = np.array(cell(*(own.astype(np.int32) + steps))) + steps.astype(np.float32)
+    ways = around - (lanes[:, None] - own)
+    nearest = np.take_along_axis(ways, (ways**2).sum(0).argmin(0)[None, None], axis=1)
+    apart = ((ways - nearest) ** 2).sum(0)
+    borders = ((ways + nearest) * (ways - nearest)).sum(0) / (2 * np.sqrt(np.maximum(apart, 1e-30)))
+    edge = np.where(apart > 1e-4, borders, np.inf).min(0)
+    assert ((apart > 0) & (apart <= 1e-4)).any(axis=0).mean() > 0.5
+    np.testing.assert_allclose(voronoi.edge_distance(settings, list(lanes)), edge, rtol=1e-4, atol=1e-6)
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4])
