@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -22,7 +24,7 @@ from ..scene.memory import snapshot_bytes
 from ..scene.prepare import prepare
 from . import passes
 from .cli.failure import Failure
-from .cli.places import check_writable
+from .cli.places import check_writable, written
 from .export import export_scene
 from .nonfinite import add_commands, headline, lines
 from .picture import Picture
@@ -61,7 +63,8 @@ def final_render(engine, depsgraph) -> None:
         record.layers[f"{layer}, {view}" if view else layer] = stats
         started, exported = time.perf_counter(), 0.0  # the one export is part of the first view's time
     if told_to:
-        write_json(told_to, record.statistics())
+        with refused_in_vain(), written(told_to):
+            write_json(told_to, record.statistics())
 
 
 def statistics_file(scene) -> Path | None:
@@ -71,11 +74,18 @@ def statistics_file(scene) -> Path | None:
     path = Path(bpy.path.abspath(scene.pt_engine.stats_path))
     frame = scene.frame_current
     path = path.with_name(re.sub("#+", lambda run: f"{frame:0{len(run[0])}}", path.name))
-    try:
+    with refused_in_vain():
         check_writable(path)
+    return path
+
+
+@contextmanager
+def refused_in_vain() -> Iterator[None]:
+    """What can't be written is told as the statistics' failure."""
+    try:
+        yield
     except Failure as failure:
         raise Refusal(f"statistics: {failure}") from failure
-    return path
 
 
 def prepared_views(engine, depsgraph, snapshot, settings, films: int):

@@ -39,7 +39,9 @@ def write_page(path: Path, scene, record, statistics, error) -> None:
     error : (height, width) float32 or None
         As `report.error_picture.error_picture` makes it.
     """
-    render_page(path, statistics, shown(scene, record.has_holes), error, command_of(statistics))
+    render_page(
+        path, statistics, shown(scene, record.has_holes), error, command_of(statistics), bpy.data.filepath
+    )
 
 
 def shown(scene, has_holes: bool) -> bytes | None:

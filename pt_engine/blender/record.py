@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ..core.whole_file import write_whole
 from ..scene.features import ON
 
 SUMMED = ("export", "build", "render", "write", "other", "total")
@@ -90,17 +90,7 @@ def close_times(seconds: dict[str, float], total: float) -> None:
 
 def write_json(path: str | os.PathLike[str], statistics: dict[str, Any]) -> None:
     """Write the whole file or nothing: a reader never sees half of it."""
-    path = Path(path)
-    text = json.dumps(finite(statistics), indent=2, allow_nan=False) + "\n"
-    handle, part = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        Path(part).chmod(0o644)
-        Path(part).replace(path)
-    except BaseException:
-        Path(part).unlink(missing_ok=True)
-        raise
+    write_whole(Path(path), json.dumps(finite(statistics), indent=2, allow_nan=False) + "\n")
 
 
 def finite(value: Any) -> Any:

@@ -7,9 +7,10 @@ for each other are counted. Without a clock on the thread a stage costs one look
 With one it costs ten to twenty microseconds (caches that forget, not the clock's own instructions), a hundred
 times a wavefront: 3 to 5 % of a render. So a clock may look into a part of the units of work alone, which are
 spread evenly over the render by the golden ratio: no period of tiles or passes keeps step with it. The first
-unit is looked into, too, and stands for itself alone, for tables are made in it that last for all. Rays, and
-the vertices of each batch, are counted in all of them; to tell a batch's materials apart takes 7 ns a vertex,
-and is left to those units and to the first wavefront that meets the batch.
+two are looked into, too. The first stands for itself alone, for tables are made in it that last for all, and
+short renders have but a few more. Rays, and the vertices of each batch, are counted in all of them; to tell a
+batch's materials apart takes 7 ns a vertex, and is left to those units and to the first wavefront that meets
+the batch.
 """
 
 from __future__ import annotations
@@ -43,6 +44,7 @@ class Cell(NamedTuple):
 
 
 UNTIMED = "untimed"
+IN_UNIT = "unit"  # what a unit spends on no stage, apart from what is done between units
 GOLDEN = 0.6180339887498949
 
 
@@ -114,10 +116,10 @@ class Clock:
         return self._accounts.setdefault(cell, _Account(cell))
 
     def looks_into_next(self) -> bool:
-        """Whether the stages of the next unit are told apart; those of the first are."""
+        """Whether the stages of the next unit are told apart; those of the first two are."""
         if self._units == 1:
             self.first = self.seconds
-        looks = self._units * GOLDEN % 1.0 < self._part
+        looks = self._units < 2 or self._units * GOLDEN % 1.0 < self._part
         self._units += 1
         return looks
 
@@ -167,10 +169,11 @@ def unit_of_work(function: Callable[P, R]) -> Callable[P, R]:
     @functools.wraps(function)
     def timed(*args: P.args, **kwargs: P.kwargs) -> R:
         clock = _thread.clock
-        if clock is None or clock.looks_into_next():
+        if clock is None:
             return function(*args, **kwargs)
-        clock.enter(UNTIMED)
-        _thread.clock = None
+        looks = clock.looks_into_next()
+        clock.enter(IN_UNIT if looks else UNTIMED)
+        _thread.clock = clock if looks else None
         try:
             return function(*args, **kwargs)
         finally:

@@ -54,7 +54,6 @@ def difference_of_products(a: Float32, b: Float32, c: Float32, d: Float32) -> Fl
     return result.astype(np.float32)
 
 
-
 def mean3(a: Float32) -> Float32:
     """Mean of the three components of (3, N), or the row itself of (1, N): (N,)."""
     if len(a) == 1:

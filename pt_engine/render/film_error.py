@@ -71,6 +71,45 @@ class _Tally:
         return self.total / self.pixels, Z95 * float(np.sqrt(self.variance)) / (self.noise or self.total)
 
 
+class ErrorSums:
+    """What `estimate_error` adds up, for an image of such a mean over pixels and channels."""
+
+    def __init__(self, mean: float) -> None:
+        self.absolute, self.relative, self.by_median = _Tally(), _Tally(), _Tally()
+        self.floor, self.independent = FLOOR * mean**2, 0.0
+
+    def add(self, block: Moments) -> None:
+        """A piece of the image."""
+        finite = np.isfinite(block.variance[0])
+        known = block if finite.all() else block.of(np.flatnonzero(finite))
+        self.absolute.add(known.variance.mean(axis=0), known.spread, known)
+        for tally, level in ((self.relative, known.level), (self.by_median, known.level_by_median)):
+            weight = weights(level, self.floor)
+            tally.add((known.variance * weight).mean(axis=0), known.spread * weight.mean(axis=0), known)
+            self.independent += float((known.independent * weight.mean(axis=0)).sum())
+
+    def result(self) -> ErrorEstimate:
+        """Of all pieces so far."""
+        if not self.absolute.pixels:
+            return dict.fromkeys([key for name in NAMES for key in (name, f"{name}_ci95")] + list(OTHERS))
+        mse, mse_ci95 = _with_interval(*self.absolute.result())
+        (first, first_width), (second, second_width) = self.relative.result(), self.by_median.result()
+        doubt = float(np.log(max(first, second) / min(first, second))) if first > 0 else 0.0
+        width = float(np.hypot((first_width + second_width) / 2, doubt / 2))
+        relmse, relmse_ci95 = _with_interval(float(np.sqrt(first * second)), width)
+        stratified = self.relative.total + self.by_median.total
+        return {
+            "mse": mse,
+            "mse_ci95": mse_ci95,
+            "relmse": relmse,
+            "relmse_ci95": relmse_ci95,
+            "rmse": float(np.sqrt(mse)),
+            "rmse_ci95": (float(np.sqrt(mse_ci95[0])), float(np.sqrt(mse_ci95[1]))),
+            "fireflies": float(np.exp(doubt)),
+            "stratified": stratified / self.independent if self.independent > 0 else 1.0,
+        }
+
+
 def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
     """`mse`, `relmse`, `rmse` and each's `_ci95`, `fireflies`, and `stratified`: what stratification left.
 
@@ -84,33 +123,10 @@ def estimate_error(blocks: Iterable[Moments], mean: float) -> ErrorEstimate:
     mean : float
         Of the whole image, over pixels and channels.
     """
-    absolute, relative, by_median = _Tally(), _Tally(), _Tally()
-    floor, independent = FLOOR * mean**2, 0.0
+    sums = ErrorSums(mean)
     for block in blocks:
-        finite = np.isfinite(block.variance[0])
-        known = block if finite.all() else block.of(np.flatnonzero(finite))
-        absolute.add(known.variance.mean(axis=0), known.spread, known)
-        for tally, level in ((relative, known.level), (by_median, known.level_by_median)):
-            weight = weights(level, floor)
-            tally.add((known.variance * weight).mean(axis=0), known.spread * weight.mean(axis=0), known)
-            independent += float((known.independent * weight.mean(axis=0)).sum())
-    if not absolute.pixels:
-        return dict.fromkeys([key for name in NAMES for key in (name, f"{name}_ci95")] + list(OTHERS))
-    mse, mse_ci95 = _with_interval(*absolute.result())
-    (first, first_width), (second, second_width) = relative.result(), by_median.result()
-    doubt = float(np.log(max(first, second) / min(first, second))) if first > 0 else 0.0
-    width = float(np.hypot((first_width + second_width) / 2, doubt / 2))
-    relmse, relmse_ci95 = _with_interval(float(np.sqrt(first * second)), width)
-    return {
-        "mse": mse,
-        "mse_ci95": mse_ci95,
-        "relmse": relmse,
-        "relmse_ci95": relmse_ci95,
-        "rmse": float(np.sqrt(mse)),
-        "rmse_ci95": (float(np.sqrt(mse_ci95[0])), float(np.sqrt(mse_ci95[1]))),
-        "fireflies": float(np.exp(doubt)),
-        "stratified": (relative.total + by_median.total) / independent if independent > 0 else 1.0,
-    }
+        sums.add(block)
+    return sums.result()
 
 
 def _with_interval(value: float, width: float) -> tuple[float, tuple[float, float]]:

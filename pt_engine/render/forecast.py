@@ -4,7 +4,12 @@
 
 s is what stratification left of the error so far (`film_error`): 1 for independent samples, whose error falls
 as 1/n exactly. Sobol points go on gaining where they have gained; how much so is read off six rooms, which
-lie within 0.05 of that a.
+lie within 0.05 of that a. They lie best at powers of two: between them the error is above that line by
+⅕ (1 − s)² in the logarithm.
+
+What is told falls faster while rare samples are told from light. How far it will be down at nine times the
+samples, blocks of pixels tell now (`film_blocks`); on the way there the line is steeper by as much, and
+afterwards it is as above.
 
 The time goes on at the pace of the last half. Both, and the error's own interval, make the interval.
 """
@@ -18,6 +23,7 @@ import numpy as np
 
 from ..core.clock import stage
 from ..core.samplers import SAMPLERS
+from .film_blocks import LOG_FURTHER, outlook
 from .film_error import Z95
 
 if TYPE_CHECKING:
@@ -30,6 +36,7 @@ ALLOWANCE = 0.02  # seconds beyond
 PIXEL_COST = 1e-6  # seconds of the first look for each pixel, before that is known
 EARLY = 0.1  # of a render: what was foretold there is told in the end
 GOES_ON = 2 / 3  # of the square of what stratification has gained
+BETWEEN = 1 / 5  # of that square is the logarithm of the error higher between powers of two
 EXPONENT_SPREAD = {False: 0.01, True: 0.05}  # correlated samples or not
 UNEVEN = {False: 0.0, True: 0.03}  # spread of log relMSE about the line, beyond its own
 PACE_SPREAD = 0.04  # of the time for a sample
@@ -37,13 +44,53 @@ ROUND = tuple(m * 10.0**e for e in range(1, -7, -1) for m in (5, 2, 1))
 
 
 class Look(NamedTuple):
-    """Samples per pixel, seconds and relMSE at one moment, the standard deviation of its logarithm, and s."""
+    """Samples per pixel, seconds and relMSE at one moment, and what it says of later ones.
+
+    Attributes
+    ----------
+    spread : float
+        Standard deviation of relMSE's logarithm, beside `doubt`.
+    stratified : float
+        s, what stratification left.
+    falls, doubt
+        See `film_blocks.Outlook`.
+    best : float
+        Part of the pixels that have a power of two samples.
+    """
 
     samples: float
     seconds: float
     relmse: float
     spread: float
     stratified: float = 1.0
+    falls: float = 0.0
+    doubt: tuple[float, float] = (0.0, 0.0)
+    best: float = 0.0
+
+    @property
+    def gained(self) -> float:
+        """Square of what stratification has gained."""
+        return (1.0 - self.stratified) ** 2
+
+    @property
+    def exponent(self) -> float:
+        """The a of n⁻ᵃ."""
+        return 1.0 + GOES_ON * self.gained
+
+    def falls_by(self, growth: float) -> float:
+        """How far relMSE's logarithm is down when that of the samples has grown."""
+        return self.exponent * growth + self.falls * min(growth / LOG_FURTHER, 1.0)
+
+    def growth_until(self, fall: float) -> float:
+        """How much the logarithm of the samples grows until relMSE's is so far down."""
+        fall += BETWEEN * self.gained * self.best
+        early = fall / (self.exponent + self.falls / LOG_FURTHER)
+        return early if early < LOG_FURTHER else (fall - self.falls) / self.exponent
+
+    def spread_after(self, growth: float, exponent_spread: float) -> float:
+        """Standard deviation of the growth that was foretold."""
+        doubt = float(np.interp(growth, (0.0, LOG_FURTHER), self.doubt)) / Z95
+        return float(np.linalg.norm((self.spread, doubt, growth * exponent_spread))) / self.exponent
 
 
 class Prediction(NamedTuple):
@@ -95,13 +142,20 @@ class Forecast:
         started = time.thread_time()
         correlated = SAMPLERS[progress.settings.sampler].correlated
         self._next = samples * GROWTH
-        error = progress.film.error()
-        relmse, interval, stratified = (error[key] for key in ("relmse", "relmse_ci95", "stratified"))
-        if isinstance(relmse, float) and isinstance(interval, tuple) and relmse > 0:
+        # adaptive sampling leaves pixels with different numbers for good
+        if found := outlook(progress.film, even=not progress.settings.adaptive):
+            error, doubt = found.error, found.doubt[0]
+            relmse, interval, stratified = (error[key] for key in ("relmse", "relmse_ci95", "stratified"))
+            assert isinstance(relmse, float) and isinstance(interval, tuple)  # noqa: PT018
             assert isinstance(stratified, float)
-            spread = float(np.hypot(np.log(interval[1] / relmse) / Z95, UNEVEN[correlated]))
+            own = max(float(np.log(interval[1] / relmse)) ** 2 - doubt**2, 0.0) ** 0.5 / Z95
+            spread = float(np.hypot(own, UNEVEN[correlated]))
             left = min(stratified, 1.0) if correlated else 1.0
-            self.history.append(Look(samples, progress.elapsed, relmse, spread, left))
+            counts = progress.film.counts()
+            best = float(np.mean(counts & (counts - 1) == 0))
+            self.history.append(
+                Look(samples, progress.elapsed, relmse, spread, left, found.falls, found.doubt, best)
+            )
             self.predictions.append(self._foretell(progress))
         self._last_cost = time.thread_time() - started
         self._cost += self._last_cost
@@ -116,7 +170,7 @@ class Forecast:
         settings, now = progress.settings, self.history[-1]
         now_error = float(np.sqrt(now.relmse))
         target = settings.target_error or next((r for r in ROUND if r < 0.95 * now_error), 0.0)
-        exponent, spread = exponent_of(now), EXPONENT_SPREAD[SAMPLERS[settings.sampler].correlated]
+        uncertain = EXPONENT_SPREAD[SAMPLERS[settings.sampler].correlated]
         half = min(self.history, key=lambda look: abs(look.samples - now.samples / 2))
         elapsed, done = (now.seconds - half.seconds, now.samples - half.samples)
         pace = elapsed / done if done > 0 else now.seconds / now.samples
@@ -124,9 +178,9 @@ class Forecast:
         def seconds(samples: float) -> float:
             return now.seconds + (samples - now.samples) * pace
 
-        decades = 2 * float(np.log(now_error / target)) if target else 0.0
-        samples = now.samples * float(np.exp(decades / exponent))
-        width = Z95 * float(np.hypot(now.spread / exponent, decades / exponent**2 * spread))
+        growth = now.growth_until(2 * float(np.log(now_error / target))) if target else 0.0
+        samples = now.samples * float(np.exp(growth))
+        width = Z95 * now.spread_after(growth, uncertain)
         low, high = (max(now.samples, samples * float(np.exp(by))) for by in (-width, width))
         expected, paced = seconds(samples), Z95 * PACE_SPREAD * seconds(samples)
         earliest = max(now.seconds, expected - float(np.hypot(expected - seconds(low), paced)))
@@ -134,10 +188,6 @@ class Forecast:
         ends = [float(settings.samples)] if settings.samples else []
         if settings.seconds:
             ends.append(now.samples + (settings.seconds - now.seconds) / pace)
-        at_end = now_error * (max(min(ends), now.samples) / now.samples) ** (-exponent / 2) if ends else None
+        further = float(np.log(max(min(ends), now.samples) / now.samples)) if ends else 0.0
+        at_end = now_error * float(np.exp(-now.falls_by(further) / 2)) if ends else None
         return Prediction(target, expected, (earliest, latest), samples, (low, high), now.samples, at_end)
-
-
-def exponent_of(look: Look) -> float:
-    """How relMSE falls from there on: the a of n⁻ᵃ."""
-    return 1.0 + GOES_ON * (1.0 - look.stratified) ** 2

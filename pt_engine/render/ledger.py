@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from ..core import clock
-from ..core.clock import UNTIMED, Cell, Clock
+from ..core.clock import IN_UNIT, UNTIMED, Cell, Clock
 from ..scene.features import ON
 from ..scene.scene import Scene
 
@@ -38,7 +38,7 @@ STAGES = {
     "rest": "everything else",
 }
 OF_PATHS = frozenset(STAGES) - {"generate", "film", "accuracy", "rest"}
-OF_UNITS = OF_PATHS | {"generate", "rest"}
+OF_UNITS = OF_PATHS | {"generate", IN_UNIT}
 TIMED_PART = 1 / 12  # of the units: what clocks of stages cost is paid there alone (docs/numbers.md)
 
 
@@ -81,7 +81,7 @@ class Ledger:
         total: dict[Cell, float] = defaultdict(float)
         for each in self._clocks:
             for cell, seconds in whole(each.seconds, each.first).items():
-                total[cell] += seconds
+                total[cell._replace(stage="rest") if cell.stage == IN_UNIT else cell] += seconds
         return dict(total)
 
     def books(self, scene: Scene) -> dict[str, Any]:

@@ -38,6 +38,9 @@ from .worker import UnitResult, Worker
 
 Float32 = NDArray[np.float32]
 REPORTED_NONFINITE = 20
+LEAST_LANES = 1 << 12  # of a unit where time is short: fewer take as long
+FORGET, FIRST = 0.8, 2  # what counts of the pace from unit to unit; units in which tables are made: none
+TIME_PART, LAST_PART = 0.25, 0.01  # of the time that is left, and of the limit, for a unit
 # settings that say how many samples there are and who makes them, not what they are
 HOW_MANY = ("samples", "first_sample", "seconds", "threads", "lanes") + (
     "target_error",
@@ -63,8 +66,10 @@ class Progress:
     late: bool = False  # out of time
     caught: CatcherFilm | None = None  # where there are shadow catchers
     groups: GroupFilms | None = None  # where there are light groups
-    in_flight: int = 1  # units that are rendered at a time
-    unit_lanes: int = 0  # of the last one
+    in_flight: float = 1.0  # units that are rendered or wait, for each thread
+    units: int = 0  # that are done
+    unit_seconds: float = 0.0  # of the last one
+    lately: tuple[float, float] = (0.0, 0.0)  # lanes and a thread's seconds, of the last units above all
     forecast: Forecast = field(default_factory=Forecast)
 
     @property
@@ -91,9 +96,15 @@ class Progress:
         return min(1.0, max(parts))
 
     @property
+    def pace(self) -> float:
+        """Camera samples per second of one thread, lately."""
+        lanes, seconds = self.lately
+        return lanes / max(seconds, 1e-9)
+
+    @property
     def latency(self) -> float:
-        """Seconds from a unit's start to its end: those in flight, over the pace."""
-        return self.in_flight * self.unit_lanes * self.elapsed / max(1, self.camera_samples)
+        """Seconds until the end of a unit that is started now: others are before it."""
+        return self.in_flight * self.unit_seconds
 
     @property
     def remaining(self) -> float:
@@ -184,7 +195,7 @@ def render(
     progress.caught = CatcherFilm(film, order) if scene.has_catchers else None
     progress.groups = GroupFilms(film, order, scene.light_groups) if scene.light_groups else None
     threads = settings.threads or os.cpu_count() or 1
-    progress.in_flight = threads + 1 if threads > 1 else 1
+    progress.in_flight = (threads + 1) / threads if threads > 1 else 1.0
     with kept_buffers():
         asked = units(
             replace(settings, lanes=unit_lanes(settings, integrator.waves)),
@@ -192,6 +203,7 @@ def render(
             decisions(film, settings, order),
             split=worker.groups,
             aligned=worker.run,
+            in_time=lambda: lanes_in_time(progress),
         )
         work = in_parallel(worker, asked, threads, lambda: is_over(progress), ledger)
         with ledger.running(threads) if ledger else nullcontext():
@@ -248,7 +260,18 @@ def out_of_time(progress: Progress) -> bool:
     Those in flight end first: it is as late as the ones before it were.
     """
     limit = progress.settings.seconds
-    return limit > 0 and progress.elapsed + 0.5 * progress.latency >= limit
+    to_come = 0.5 * progress.latency if progress.units > FIRST else 0.0
+    return limit > 0 and progress.elapsed + to_come >= limit
+
+
+def lanes_in_time(progress: Progress) -> float:
+    """How many lanes a unit may have for the time limit to be kept: fewer and fewer toward its end."""
+    limit = progress.settings.seconds
+    if not limit:
+        return float("inf")
+    if not progress.camera_samples:
+        return LEAST_LANES
+    return max(LEAST_LANES, progress.pace * max(LAST_PART * limit, TIME_PART * (limit - progress.elapsed)))
 
 
 def in_parallel(
@@ -265,7 +288,7 @@ def in_parallel(
     if threads == 1:
         for only in work:
             if only is not WAIT:
-                yield worker.render(only)
+                yield timed(worker, only)
                 if stop():
                     return
         return
@@ -285,10 +308,16 @@ def in_parallel(
                     break
                 wait = unit is WAIT
                 if unit is not WAIT:
-                    pending.append(pool.submit(worker.render, unit))
+                    pending.append(pool.submit(timed, worker, unit))
                     started = True
             if pending:
                 yield pending.popleft().result()
+
+
+def timed(worker: Worker, unit: Unit) -> UnitResult:
+    """A unit's result, and how long it took."""
+    started = time.perf_counter()
+    return worker.render(unit)._replace(seconds=time.perf_counter() - started)
 
 
 def deposit(progress: Progress, result: UnitResult) -> None:
@@ -306,7 +335,15 @@ def deposit(progress: Progress, result: UnitResult) -> None:
         y, x = divmod(int(unit.pixels[index]), x1 - x0)
         progress.nonfinite.append({"x": x + x0, "y": y + y0, "sample": unit.first + sample})
     progress.nonfinite_count += len(bad)
-    progress.unit_lanes = len(unit.pixels) * unit.spp
-    progress.camera_samples += len(unit.pixels) * unit.spp
+    count_unit(progress, len(unit.pixels) * unit.spp, result.seconds)
     progress.rays.update(result.rays)
+
+
+def count_unit(progress: Progress, lanes: int, seconds: float) -> None:
+    """One more is done, in so many seconds of its thread."""
+    progress.units += 1
+    progress.unit_seconds = seconds
+    keep = FORGET if progress.units > FIRST else 0.0
+    progress.lately = (keep * progress.lately[0] + lanes, keep * progress.lately[1] + seconds)
+    progress.camera_samples += lanes
     progress.samples = progress.camera_samples // max(1, progress.film.pixels)

@@ -7,6 +7,7 @@ numbers depend on its pixel and number alone, and the film's sums are exact.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
@@ -47,6 +48,7 @@ def units(
     decide: Decide | None = None,
     split: Callable[[Pixels], list[Pixels]] = lambda pixels: [pixels],
     aligned: int = 0,
+    in_time: Callable[[], float] = lambda: math.inf,
 ) -> Iterator[Unit | None]:
     """Every unit of the render, pass after pass; without end where samples are unlimited.
 
@@ -60,6 +62,8 @@ def units(
         Cuts pixels into groups; a unit takes a run of one of them.
     aligned : int
         No pass crosses a sample whose number is a multiple of this, unless it is 0.
+    in_time : callable
+        How many lanes a unit may have just now.
     """
     done, until = 0, 0
     while settings.samples == 0 or done < settings.samples:
@@ -77,9 +81,12 @@ def units(
         if decide is not None:
             count = min(count, until - done)
         for group in split(order):
-            size = even_share(len(group), settings.lanes // count)
-            for start in range(0, len(group), size):
+            start = 0
+            while start < len(group):
+                most = int(min(settings.lanes, in_time()))
+                size = even_share(len(group) - start, max(1, most // count))
                 yield Unit(group[start : start + size], settings.first_sample + done, count)
+                start += size
         done += count
 
 

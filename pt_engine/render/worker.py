@@ -29,7 +29,7 @@ class UnitResult(NamedTuple):
     """Radiance (3, N) and coverage (N,) of a unit, sample-major: slot = sample · pixels + pixel.
 
     `caught` are the parts of it where there are shadow catchers, `by_group` (3, G + 1, N) its shares where
-    there are light groups.
+    there are light groups; `seconds` is how long it took.
     """
 
     unit: Unit
@@ -38,6 +38,7 @@ class UnitResult(NamedTuple):
     rays: dict[str, int]
     caught: Parts | None = None
     by_group: Float32 | None = None
+    seconds: float = 0.0
 
 
 class Worker:

@@ -7,6 +7,9 @@ With x an image, R the reference and v_R the variance that is known of R's own n
     bias   = mean over pixels of x̄ − R           x̄ the mean over runs; in parts of the reference's mean
     z      = bias / √(variance of the means of x̄ and of R)
 
+The reference's own noise moves all MSE by the same δ = mean of (R − T)² − v_R, T the truth. An MSE below
+1.96 standard deviations of δ is not known, whoever's it is.
+
 A local bias can hide in the mean: `worst` is the largest |z| of 6 × 4 cells, and p is corrected for their
 number. Pixels whose noise nobody knows (of a single sample) have no say in any z.
 """
@@ -63,6 +66,14 @@ def known(variance: Float64) -> Float64:
 def mse(image: Float64, reference: Picture) -> float:
     """Mean squared error; at least 0."""
     return max(0.0, float(squared_error(image, reference).mean()))
+
+
+def least_known(reference: Picture) -> float:
+    """The MSE below which a reference tells nothing: 1.96 √(Σ 2 v²) / pixels, v the mean of channels."""
+    if reference.variance is None:
+        return 0.0
+    v = known(reference.variance).mean(axis=2)  # channels share their noise
+    return 1.96 * math.sqrt(2 * float((v * v).sum())) / v.size
 
 
 def relative_mse(image: Float64, reference: Picture) -> float:

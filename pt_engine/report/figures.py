@@ -20,14 +20,14 @@ SIZE = (4.6, 3.1)  # inches
 COLOURS = ("#0b6bb8", "#c8501e", "#2a8a4a", "#7a4fa3", "#b8860b", "#d1495b", "#008b8b", "#555555")
 DASHES = ("-", "--", ":", "-.")
 STYLE = {
-    "font.size": 9,
+    "font.size": 10,
     "svg.fonttype": "none",
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
     "grid.alpha": 0.3,
     "legend.frameon": False,
-    "legend.fontsize": 8,
+    "legend.fontsize": 9,
 }
 
 
@@ -48,14 +48,22 @@ def drawing(name: str, size: tuple[float, float] = SIZE) -> Iterator[Drawing]:
         made = Drawing(figure.add_subplot())
         yield made
         text = io.StringIO()
-        figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+        figure.savefig(text, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
     svg = text.getvalue()
     made.svg = svg[svg.index("<svg") :].replace("<svg ", f'<svg role="img" aria-label="{name}" ', 1)
 
 
-def curves(name: str, lines: Mapping[str, Sequence[Mapping[str, float]]], along: str = "seconds") -> str:
-    """MSE against core seconds or samples on log axes, with bands where the runs tell them."""
-    with drawing(name, (SIZE[0], SIZE[1] + 0.16 * len(lines))) as made:
+def curves(
+    name: str,
+    lines: Mapping[str, Sequence[Mapping[str, float]]],
+    along: str = "seconds",
+    least: float = 0.0,
+) -> str:
+    """MSE against core seconds or samples on log axes, with bands where the runs tell them.
+
+    Below `least` the reference tells nothing: a dotted line.
+    """
+    with drawing(name, (SIZE[0], SIZE[1] + 0.18 * len(lines))) as made:
         axes = made.axes
         for number, (label, points) in enumerate(lines.items()):
             points = [p for p in points if p[along] > 0 and p["mse"] > 0]
@@ -68,11 +76,13 @@ def curves(name: str, lines: Mapping[str, Sequence[Mapping[str, float]]], along:
             if band:
                 x, low, high = ([p[key] for p in band] for key in (along, "low", "high"))
                 axes.fill_between(x, low, high, color=colour, alpha=0.13, linewidth=0)
+        if least > 0:
+            axes.axhline(least, color="#888888", linestyle=":", linewidth=1)
         errors = [p["mse"] for points in lines.values() for p in points if p["mse"] > 0]
         axes.set(xscale="log", yscale="log", xlabel=AXES[along], ylabel="mean squared error")
         plain_ticks(axes.xaxis)
         if errors:
-            axes.set_ylim(min(errors) / 3, 3 * max(errors))
+            axes.set_ylim(max(min(errors), least) / 3, 3 * max(*errors, least))
             axes.figure.legend(loc="outside lower center", ncols=2)
     return made.svg
 
@@ -114,8 +124,9 @@ def bars(name: str, rows: Sequence[tuple[str, float]], unit: str) -> str:
     with drawing(name, (SIZE[0], 0.6 + 0.22 * len(rows))) as made:
         axes = made.axes
         values = [value for _, value in rows]
-        made_bars = axes.barh(range(len(rows)), values, color=COLOURS[0], height=0.7)
-        axes.bar_label(made_bars, [f" {value:.3g}" for value in values], fontsize=8)
+        axes.barh(range(len(rows)), values, color=COLOURS[0], height=0.7)
+        for place, value in enumerate(values):  # at 0 where the bar goes to the left, which has names there
+            axes.text(max(value, 0.0), place, f" {value:.3g}", fontsize=9, va="center")
         axes.set_yticks(range(len(rows)), [label for label, _ in rows])
         axes.invert_yaxis()
         axes.grid(False, axis="y")

@@ -56,6 +56,17 @@ def geometric_mean_of(values: Sequence[float]) -> Estimate:
     return Estimate(*(math.exp(min(x, 700.0)) for x in mean_of([math.log(v) for v in values])))
 
 
+def widened(estimate: Estimate, more: float) -> Estimate:
+    """The interval of a positive number that is also wrong by up to `more`, whatever the runs tell."""
+    if not estimate.value > 0:
+        return estimate
+    beside = math.log1p(more / estimate.value)
+    low, high = (math.hypot(math.log(end / estimate.value), beside) for end in estimate[1:])
+    return Estimate(
+        estimate.value, estimate.value * math.exp(-low), estimate.value * math.exp(min(high, 700.0))
+    )
+
+
 def slope(x: Sequence[float], y: Sequence[float]) -> float:
     """Least squares d log y / d log x; NaN with fewer than two points or where one is not positive."""
     points = [(a, b) for a, b in zip(x, y, strict=True) if a > 0 and b > 0]

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.whole_file import write_whole
 from ..render.film_error import WORTH_TELLING
+from ..render.ledger import STAGES
 from . import figures
 from .errors import Picture
 from .optional import optional
-from .tables import COMPARED, EFFECTS, UNKNOWN, comparison_cells, unknown_from, whatif_cells
+from .tables import COMPARED, EFFECTS, comparison_cells, legend, whatif_cells
 
 Stats = Mapping[str, Any]
 TEMPLATES = Path(__file__).with_name("templates")
@@ -48,6 +50,7 @@ def render_page(
     png: bytes | None,
     error: NDArray[np.float32] | None,
     command: str = "",
+    file: str = "",
 ) -> None:
     """The page of one render.
 
@@ -61,6 +64,8 @@ def render_page(
         As `error_picture.error_picture` makes it.
     command : str
         That renders it again.
+    file : str
+        What was rendered.
     """
     most = float(np.percentile(error, BRIGHTEST)) if error is not None and error.size else 0.0
     text = filled(
@@ -73,12 +78,14 @@ def render_page(
         accuracy=accuracy(stats),
         fireflies=fireflies(stats),
         curve=error_curve(stats),
-        ledger=ledger(stats),
-        coverage=[entry for entry in stats["coverage"] if entry["state"] != "exact"],
-        exact=sum(entry["state"] == "exact" for entry in stats["coverage"]),
+        ledger=ledger(stats.get("ledger")),
+        left_out=[left_out(sample) for sample in stats["nonfinite"]["samples"]],
         command=command,
+        file=file,
+        others=list(stats.get("layers", {}))[1:],
+        **coverage(stats["coverage"]),
     )
-    path.write_text(text, encoding="utf-8")
+    write_whole(path, text)
 
 
 def accuracy(stats: Stats) -> dict[str, float] | None:
@@ -111,24 +118,56 @@ def error_curve(stats: Stats) -> str:
     return figures.convergence(history, (seconds, known["error"], known["low"], known["high"]))
 
 
-def ledger(stats: Stats) -> dict[str, Any] | None:
-    """Figures and tables of where the time went; None where nobody kept the books."""
-    books = stats.get("ledger")
-    if not books:
-        return None
-    stages = [(name, row["seconds"]) for name, row in books["stages"].items()]
-    bounces = [(f"bounce {k}" if k else "camera rays", b["seconds"]) for k, b in enumerate(books["bounces"])]
+def coverage(entries: Sequence[Stats]) -> dict[str, Any]:
+    """What of a scene is not rendered exactly, and how many nodes are."""
+    inexact = [entry for entry in entries if entry["state"] != "exact"]
+    keys = "material", "node", "state", "effect"
     return {
-        "books": books,
-        "sum": sum(seconds for _, seconds in stages),
-        "stages": figures.bars("core seconds by stage", stages, "core seconds"),
-        "bounces": figures.bars("core seconds by bounce", bounces[:16], "core seconds") if bounces else "",
+        "coverage": [[entry[key] for key in keys] for entry in inexact],
+        "exact": len(entries) - len(inexact),
     }
 
 
-def comparison_page(path: Path, result: Stats, reference: Picture) -> None:
-    """The page of a comparison."""
-    rows = [comparison_cells(row) for row in result["rows"]]
+def left_out(sample: Stats) -> list[str]:
+    """A sample that was left out, and where that came from."""
+    keys = "sample", "bounce", "material", "object", "what"
+    return [f"{sample['x']}, {sample['y']}", *(str(sample[key]) for key in keys)]
+
+
+def ledger(books: Stats | None) -> dict[str, Any] | None:
+    """Figures and tables of where the time went; None where nobody kept the books."""
+    if not books or not books["stages"]:
+        return None
+    stages = books["stages"].items()
+    bounces = [(f"bounce {k}" if k else "camera rays", b["seconds"]) for k, b in enumerate(books["bounces"])]
+    named = [(STAGES[name], row["seconds"]) for name, row in stages]
+    effects = [(name, f"{seconds:.3f}") for name, seconds in books["effects"].items()]
+    return {
+        "books": books,
+        "sum": sum(row["seconds"] for _, row in stages),
+        "figure": figures.bars("core seconds by stage", named, "core seconds"),
+        "bounces": figures.bars("core seconds by bounce", bounces[:16], "core seconds") if bounces else "",
+        "stages": [(STAGES[name], f"{r['seconds']:.3f}", r["rays"] or "") for name, r in stages],
+        "materials": [(n, f"{r['seconds']:.3f}", r["vertices"]) for n, r in books["materials"].items()],
+        "effects": effects or [("none", "0")],
+    }
+
+
+def comparison_page(
+    path: Path, result: Stats, reference: Picture, errors: Mapping[str, NDArray[np.float32]]
+) -> None:
+    """The page of a comparison.
+
+    Parameters
+    ----------
+    errors : mapping
+        Where each contender is wrong, as `error_picture.difference_picture` makes it.
+    """
+    least = result["reference"]["least_mse"]
+    rows = [comparison_cells(row, least) for row in result["rows"]]
+    every = np.concatenate([error.ravel() for error in errors.values()]) if errors else np.zeros(1)
+    most = float(np.percentile(every, BRIGHTEST))
+    efficiency = [(row["name"], row["relative_efficiency"]["value"]) for row in result["rows"]]
     text = filled(
         "comparison.html",
         title="What accuracy costs in time",
@@ -136,22 +175,23 @@ def comparison_page(path: Path, result: Stats, reference: Picture) -> None:
         reference=figures.picture(reference.mean[::-1]),
         header=COMPARED,
         rows=rows,
-        unknown=unknown_from(result["seeds"]) if any(UNKNOWN in cell for row in rows for cell in row) else "",
+        legend=legend(result, " ".join(cell for row in rows for cell in row)),
         verdicts=[(row["name"], row["verdict"]) for row in result["rows"] if row["verdict"]],
-        by_time=figures.curves("error over time", result["curves"], "seconds"),
-        by_samples=figures.curves("error over samples", result["curves"], "samples"),
+        by_time=figures.curves("error over time", result["curves"], "seconds", least),
+        by_samples=figures.curves("error over samples", result["curves"], "samples", least),
         efficiency=figures.bars(
             "efficiency",
-            [(r["name"], r["relative_efficiency"]) for r in result["rows"] if _finite(r)],
+            [(name, times) for name, times in efficiency if math.isfinite(times)],
             "times that of the settings as set",
         ),
+        errors=[(name, figures.heat(error.astype(np.float64), most)) for name, error in errors.items()],
+        most=most,
         noise=result["reference"]["error"],
+        ledger=ledger(result["ledger"]),
+        left_out=[(row["name"], row["nonfinite"]) for row in result["rows"] if row["nonfinite"]],
+        **coverage(result["coverage"]),
     )
-    path.write_text(text, encoding="utf-8")
-
-
-def _finite(row: Stats) -> bool:
-    return math.isfinite(row["relative_efficiency"])
+    write_whole(path, text)
 
 
 def whatif_page(path: Path, result: Stats) -> None:
@@ -169,4 +209,4 @@ def whatif_page(path: Path, result: Stats) -> None:
             "difference", [(r["name"], 100 * r["difference"]) for r in present], "RMS, % of the mean"
         ),
     )
-    path.write_text(text, encoding="utf-8")
+    write_whole(path, text)

@@ -36,7 +36,8 @@ def picture_of(path: Path) -> Picture:
         bad = int((~np.isfinite(mean)).any(axis=2).sum())
         raise ValueError(f"{path} has {plural(bad, 'pixel')} with numbers that are not finite")
     noise = None if error is None else np.stack(error, axis=-1).astype(np.float64) ** 2
-    return Picture(mean, noise if noise is not None and np.isfinite(noise).any() else None)
+    told = noise is not None and bool((np.isfinite(noise) & (noise > 0)).any())  # of one sample it is all 0
+    return Picture(mean, noise if told else None)
 
 
 def triple(channels: Mapping[str, Float32], layer: str) -> tuple[Float32, ...] | None:

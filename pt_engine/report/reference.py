@@ -24,7 +24,7 @@ from ..scene.snapshot import Snapshot
 from ..scene.snapshot_io import save_snapshot
 from .errors import Picture
 from .pictures import picture_of
-from .runs import colours, plain
+from .runs import Asked, colours, never, plain
 
 OTHER_SEED = 0x2545F491
 FIRST_STEP, LARGEST_STEP = 8, 256  # samples
@@ -56,19 +56,27 @@ def given(path: Path, width: int, height: int) -> Reference:
 
 
 def made(
-    scene: Scene, settings: RenderSettings, wanted: float, seconds: float, cache: Path | None = None
+    scene: Scene,
+    settings: RenderSettings,
+    wanted: float,
+    seconds: float,
+    cache: Path | None = None,
+    should_stop: Asked = never,
 ) -> Reference:
     """Render until the relative RMS error is `wanted` or so many core `seconds` are over.
 
-    `cache` is the file where the film is kept.
+    `cache` is the file where the film is kept, also of one that somebody has stopped.
     """
     settings = of_reference(settings)
     found, ended = kept(cache, film_key(settings)), time.process_time() + seconds
-    film = found or render(scene, replace(settings, samples=FIRST_STEP)).film
+    film = found
+    if film is None:
+        first = render(scene, replace(settings, samples=FIRST_STEP), should_stop=should_stop)
+        film, cache = first.film, None if first.cancelled else cache
     while relative_error(film) > wanted and time.process_time() < ended:
         taken = sum(count for _, count in film.ranges)
         step = replace(settings, first_sample=taken, samples=min(taken, LARGEST_STEP))
-        result = render(scene, step, should_stop=lambda: time.process_time() >= ended)
+        result = render(scene, step, should_stop=lambda: time.process_time() >= ended or should_stop())
         if result.cancelled:  # its last pass is not whole
             break
         film.merge(result.film)

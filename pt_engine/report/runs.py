@@ -6,21 +6,26 @@ Seconds are of CPU cores, summed over threads: what other programs on the machin
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..render.ledger import Ledger
 from ..render.progressive import Progress, render
 from ..render.settings import RenderSettings
 from .contenders import Contender
 from .errors import Picture, mse
 
 Float64 = NDArray[np.float64]
+Asked = Callable[[], bool]
 
 
-NOTHING = Picture(np.zeros((1, 1, 3)), None)
+def never() -> bool:
+    """Nobody stops it."""
+    return False
 
 
 class Point(NamedTuple):
@@ -39,28 +44,53 @@ class Runs:
     ----------
     points : list of list of Point
         Of each run, at samples that double, and at its end.
-    mean : Picture
-        Mean image of all runs, and the variance of its noise as the samples themselves tell it.
+    nonfinite : int
+        Samples that were left out.
     """
 
     contender: Contender
     points: list[list[Point]] = field(default_factory=list)
-    mean: Picture = NOTHING
+    nonfinite: int = 0
+    _image: Float64 | float = 0.0  # sums over the runs
+    _variance: Float64 | float = 0.0
+
+    def run(
+        self, reference: Picture, seconds: float, should_stop: Asked = never, ledger: Ledger | None = None
+    ) -> bool:
+        """Run once more, with the next seed, for so many core seconds, or for its samples if that is less.
+
+        A run that somebody has stopped does not count: False.
+        """
+        seed = self.contender.settings.seed + 1 + len(self.points)
+        watch = Watch(reference, seconds)
+        settings = replace(self.contender.settings, seed=seed, seconds=0.0)
+        result = render(
+            self.contender.scene,
+            settings,
+            watch.on_progress,
+            lambda: watch.should_stop() or should_stop(),
+            ledger,
+        )
+        if should_stop():
+            return False
+        self.points.append(watch.finish(result.progress))
+        self.nonfinite += result.progress.nonfinite_count
+        self._image = self._image + colours(result.image())
+        self._variance = self._variance + result.film.variance_of_mean()
+        return True
+
+    @property
+    def mean(self) -> Picture:
+        """Mean image of all runs, and the variance of its noise as the samples themselves tell it."""
+        number = len(self.points)
+        return Picture(np.asarray(self._image / number), np.asarray(self._variance / number**2))
 
 
 def measure(contender: Contender, reference: Picture, seconds: float, seeds: int) -> Runs:
-    """Run a contender `seeds` times for so many core seconds each, or for its samples if that is less."""
+    """A contender's runs, one after the other."""
     runs = Runs(contender)
-    first = contender.settings.seed
-    images, variances = [], []
-    for seed in range(first + 1, first + 1 + seeds):
-        watch = Watch(reference, seconds)
-        settings = replace(contender.settings, seed=seed, seconds=0.0)
-        result = render(contender.scene, settings, watch.on_progress, watch.should_stop)
-        runs.points.append(watch.finish(result.progress))
-        images.append(colours(result.image()))
-        variances.append(result.film.variance_of_mean())
-    runs.mean = Picture(np.mean(images, axis=0), np.sum(variances, axis=0) / seeds**2)
+    for _ in range(seeds):
+        runs.run(reference, seconds)
     return runs
 
 

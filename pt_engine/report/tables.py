@@ -39,11 +39,18 @@ def comparison_lines(result: Mapping[str, Any]) -> list[str]:
         f"Each: {plural(result['seeds'], 'run')} of {result['seconds']:g} core seconds; "
         f"equal samples: {result['samples']:.3g} per pixel; ± is a 95 % interval",
         "",
-        *table(COMPARED, (comparison_cells(row) for row in result["rows"])),
+        *table(COMPARED, (comparison_cells(row, reference["least_mse"]) for row in result["rows"])),
     ]
-    unknown = [unknown_from(result["seeds"])] if any(UNKNOWN in line for line in lines) else []
     told = [f"{row['name']}: {row['verdict']}" for row in result["rows"] if row["verdict"]]
-    return [*lines, *unknown, *(["", *told] if told else [])]
+    return [*lines, *legend(result, "\n".join(lines[4:])), *(["", *told] if told else [])]
+
+
+def legend(result: Mapping[str, Any], cells: str) -> list[str]:
+    """What signs among the cells mean."""
+    found = [unknown_from(result["seeds"])] if UNKNOWN in cells else []
+    if "< " in cells:
+        found.append("<: less than the reference's own noise; a better one (--reference-error) would tell")
+    return found
 
 
 def unknown_from(seeds: int) -> str:
@@ -56,26 +63,40 @@ def plural(number: int, what: str) -> str:
     return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
-def comparison_cells(row: Mapping[str, Any]) -> list[str]:
-    """One estimator's line."""
+def comparison_cells(row: Mapping[str, Any], least: float) -> list[str]:
+    """One estimator's line; `least` is the MSE that the reference's noise hides."""
     return [
         row["name"],
         f"{row['samples']:.3g}",
-        with_factor(row["mse_at_equal_time"]),
-        with_factor(row["mse_at_equal_samples"]),
-        f"{row['relative_efficiency']:.2f} x" if math.isfinite(row["relative_efficiency"]) else "?",
+        error_cell(row["mse_at_equal_time"], least),
+        error_cell(row["mse_at_equal_samples"], least),
+        efficiency_cell(row["relative_efficiency"]),
         with_difference(row["slope"]),
         f"{row['bias']['relative']:+.1%}",
         f"{row['bias']['z']:.1f}",
     ]
 
 
+def error_cell(estimate: Mapping[str, float], least: float) -> str:
+    """`1.20e-03 ±8%`, `< 1.0e-05` where the reference hides it, `0` where nothing is wrong."""
+    value = estimate["value"]
+    if value <= least:
+        return f"< {least:.1e}" if least > 0 else "0"
+    return f"{value:.2e} " + with_factor(estimate)
+
+
+def efficiency_cell(estimate: Mapping[str, float]) -> str:
+    """`1.35 x ±12%`, without an interval where it is 1 by definition; `?` where nothing is known."""
+    value, low, high = (estimate[key] for key in ("value", "low", "high"))
+    if not math.isfinite(value):
+        return "?"
+    return f"{value:.2f} x" + ("" if low == high else f" {with_factor(estimate)}")
+
+
 def with_factor(estimate: Mapping[str, float]) -> str:
-    """`1.2e-3 ±8%`, of the wider side; `±?` where the interval tells nothing; `0` where nothing is wrong."""
+    """`±8%`, of the wider side; `±?` where the interval tells nothing."""
     value, high = estimate["value"], estimate["high"]
-    if value == 0:
-        return "0"
-    return f"{value:.2e} " + (f"±{high / value - 1:.0%}" if tells(estimate["low"], high) else UNKNOWN)
+    return f"±{high / value - 1:.0%}" if tells(estimate["low"], high) else UNKNOWN
 
 
 def with_difference(estimate: Mapping[str, float]) -> str:
@@ -96,7 +117,7 @@ def whatif_lines(result: Mapping[str, Any]) -> list[str]:
     missing = [f"{row['name']}: 0 s, 0 difference ({row['why']})" for row in result["effects"] if row["why"]]
     return [
         f"Whole scene: {result['samples']} samples in {whole:.2f} core seconds. Each effect taken out alone:",
-        "takes: core seconds; difference: RMS over the image's mean; noise: its MSE against without",
+        "takes: core seconds, ± 95 %; difference: RMS over the image's mean; noise: its MSE against without",
         *(["", *table(EFFECTS, rows)] if rows else []),
         *(["", *missing] if missing else []),
     ]
@@ -104,13 +125,19 @@ def whatif_lines(result: Mapping[str, Any]) -> list[str]:
 
 def whatif_cells(row: Mapping[str, Any], whole: float) -> list[str]:
     """One effect's line."""
-    per_second = row["difference_per_second"]
+    half, per_second = row["seconds_ci95"][1] - row["seconds"], row["difference_per_second"]
+    least = "" if row["seconds_known"] else "> "
     return [
         row["name"],
-        f"{row['seconds']:+.2f} s",
+        f"{row['seconds']:+.2f} ±{half:.2f} s",
         f"{row['seconds'] / whole:+.0%}" if whole > 0 else "?",
         f"{row['difference']:.2%}" if row["beyond_noise"] else f"< {row['difference_high']:.2%}",
         f"{row['energy']:+.1%}",
         f"{row['noise']:.2f} x",
-        f"{per_second:.1%}" if math.isfinite(per_second) else "costs nothing",
+        price(per_second, least) if row["beyond_noise"] else "?",
     ]
+
+
+def price(per_second: float, least: str) -> str:
+    """The difference that a second makes."""
+    return f"{least}{per_second:.1%}" if math.isfinite(per_second) else "costs nothing"

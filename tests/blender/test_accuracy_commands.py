@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import html
 import json
 import re
 import shlex
+import signal
 import sys
 from pathlib import Path
 
@@ -15,8 +17,11 @@ import pytest
 from support.engine_scene import engine_scene, rendered
 from support.exr import pixels
 
+from pt_engine.blender import record
+from pt_engine.blender.cli import comparison
 from pt_engine.blender.record import Session
 from pt_engine.report import optional as packages
+from pt_engine.report import page
 
 QUICK = ("--size", "16x12", "--threads", "1", "--quiet")
 
@@ -125,6 +130,68 @@ def test_whatif_prints_what_is_there_and_what_is_not(run, blend, tmp_path):
     assert "depth of field: 0 s, 0 difference (the camera has no aperture)" in out
     code, out, _ = run("whatif", blend, "--seconds", 0.02, "--json", "-", *QUICK)
     assert json.loads(out)["schema"] == "pt_engine.whatif/1"
+
+
+COMPARED = ("--seconds", 0.02, "--seeds", 2, "--only", "path_", "--reference-seconds", 0.3, "--no-cache")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT for a single process on Windows")
+@pytest.mark.parametrize(
+    ("words", "at", "kept"),
+    [
+        (["compare", *COMPARED], "2/2 path_fixed", "interrupted after 4 runs"),
+        (["compare", *COMPARED], "1/2 as set", "nothing was measured"),
+        (["compare", *COMPARED], "making the reference", "nothing was measured"),
+        (["whatif", "--seconds", 0.02], "without bounces from the 2nd on", "have not been measured"),
+        (["whatif", "--seconds", 0.02], "the whole scene", "nothing was measured"),
+    ],
+)
+def test_ctrl_c_keeps_what_is_found(run, blend, tmp_path, monkeypatch, words, at, kept):
+    """As of a render: what is finished is written, the code is 1, and one line says that there is no more."""
+
+    def tell(arguments, line):
+        if line == at:
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(comparison, "tell", tell)
+    html_page, data = tmp_path / "p.html", tmp_path / "c.json"
+    words = [*words, "--json", data, "--report", html_page, *QUICK]
+    code, out, err = run(words[0], blend, *words[1:])
+    assert code == 1
+    assert err.startswith("pt_engine: interrupted")
+    assert err.count("\n") == 1
+    assert kept in err
+    found = "nothing" not in kept
+    assert (data.exists(), html_page.exists(), out != "") == (found, found, found)
+    if found:
+        result = json.loads(data.read_text(encoding="utf-8"))
+        assert not result["complete"]
+        assert "It was interrupted" in html_page.read_text(encoding="utf-8")
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["render", "-o", "{tmp}/a.exr", "--samples", 2, "--stats", "{tmp}/a.json"],
+        ["compare", *COMPARED, "--json", "{tmp}/a.json"],
+        ["whatif", "--seconds", 0.02, "--json", "{tmp}/a.json"],
+    ],
+)
+def test_a_disk_that_fills_up_meanwhile_is_one_clear_line(run, blend, tmp_path, monkeypatch, words):
+    """Both files are told, and what could be delivered was."""
+
+    def full(path, text):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(record, "write_whole", full)
+    monkeypatch.setattr(page, "write_whole", full)
+    words = [str(word).format(tmp=tmp_path) for word in words]
+    code, out, err = run(words[0], blend, *words[1:], "--report", tmp_path / "p.html", *QUICK)
+    assert code == 1
+    places = [f"can't write {tmp_path / name}: No space left on device" for name in ("a.json", "p.html")]
+    assert err == f"pt_engine: {'; '.join(places)}\n"
+    assert (tmp_path / "a.exr").exists() if words[0] == "render" else "as set" in out or "takes:" in out
 
 
 def test_a_missing_package_is_told_before_the_work(run, blend, tmp_path, monkeypatch):

@@ -46,7 +46,6 @@ def test_difference_of_products_is_correctly_rounded():
     np.testing.assert_array_equal(vectors.difference_of_products(a, b, c, d), exact.astype(np.float32))
 
 
-
 @pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, -1, 0), (0, 1e-20, -1), (0, 0, -0.0)])
 def test_frame_is_orthonormal_and_right_handed_on_the_axes(axis):
     n = np.array(axis, np.float32)[:, None]

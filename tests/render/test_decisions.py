@@ -1,4 +1,4 @@
-"""Target error, adaptive sampling and forecasts: where they end, that nothing changes a bit, and no bias."""
+"""Target error and adaptive sampling: where they end, that nothing changes a bit, and no bias."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from support.rooms import GLASS, ROUGH, SOFT_LAMP, room
 from pt_engine.render.adaptive import LOOKS, RING, looks, wanted_samples
 from pt_engine.render.decisions import decisions, lies_in, quarter_error, quarters
 from pt_engine.render.film import Film
-from pt_engine.render.forecast import GOES_ON
-from pt_engine.render.progressive import Progress, render
+from pt_engine.render.progressive import render
 from pt_engine.render.settings import RenderSettings
 from pt_engine.scene.prepare import prepare
 
@@ -238,39 +237,3 @@ def test_stopping_and_adapting_have_no_bias(name):
     truth = rendered(6, samples=1 << 12, max_depth=2, sampler="independent", seed=10**6)
     error = np.sqrt(images.var(ddof=1) / images.size + truth.film.variance_of_mean().mean() / 108)
     assert abs(images.mean() - truth.image()[..., :3].mean()) < 4.5 * error
-
-
-@pytest.mark.parametrize("slope", [1.0, 1.1])
-@pytest.mark.parametrize("target", [0.1, 0.01])
-def test_errors_that_fall_as_a_power_are_foretold_exactly(slope, target, monkeypatch):
-    """relMSE = n^−a is at E² after E^(−2/a) samples; seconds go with them, the interval with the error's."""
-    stratified = 1 - np.sqrt((slope - 1) / GOES_ON)
-    told = {"relmse_ci95": (0.0, 0.0), "stratified": stratified}
-    settings = RenderSettings(8, 8, samples=0, target_error=target, sampler="sobol")
-    film = Film(8, 8, correlated=True)
-    progress = Progress(film, settings, 0.0)
-    monkeypatch.setattr(Progress, "elapsed", property(lambda p: p.camera_samples * 0.01))
-    monkeypatch.setattr(film, "error", lambda: told)
-    for n in (8, 16, 32):
-        progress.camera_samples = n * film.pixels
-        told["relmse"] = n**-slope
-        told["relmse_ci95"] = (told["relmse"] / 1.3, told["relmse"] * 1.3)
-        progress.forecast.look(progress)
-    latest, needed = progress.forecast.latest, target ** (-2 / slope)
-    assert latest.from_samples == 32
-    assert latest.samples == pytest.approx(needed)
-    assert latest.seconds == pytest.approx(needed * film.pixels * 0.01)
-    width = np.log(1.3) / slope  # and some for the exponent
-    assert width < np.log(latest.samples_ci95[1] / needed) < width + 0.15 * np.log(needed / 32) + 0.02
-    assert progress.forecast.early(80).from_samples == 8
-    assert progress.forecast.early(81).from_samples == 16
-
-
-def test_what_a_tenth_of_a_render_foretells():
-    """Where no sample is rare, independent samples to a target are foretold to 20 %: relMSE falls as 1/n."""
-    result = rendered(24, "matte", samples=0, target_error=0.05, sampler="independent")
-    taken = result.film.counts().mean()
-    early = result.progress.forecast.early(taken)
-    assert 0.1 * taken <= early.from_samples < 0.25 * taken
-    assert early.samples == pytest.approx(taken, rel=0.2)
-    assert early.seconds_ci95[0] < early.seconds < early.seconds_ci95[1]

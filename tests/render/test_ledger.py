@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import defaultdict
 from itertools import pairwise
 
 import numpy as np
@@ -155,6 +156,32 @@ def test_what_is_made_once_does_not_count_for_every_unit(monkeypatch):
     seconds = {cell.stage: part for cell, part in ledger.cells().items()}
     assert seconds["random"] == pytest.approx(100)
     assert seconds["bsdf"] == pytest.approx(60)
+
+
+def test_few_units_tell_stages_and_not_what_is_between_them(monkeypatch):
+    """3 s of work in each of five units, 1 s on no stage; 2 s between them are no unit's."""
+    at = [0.0]
+    monkeypatch.setattr(clock, "now", lambda: at[0])
+
+    def takes(seconds):
+        at[0] += seconds
+
+    work = stage("bsdf")(takes)
+
+    @clock.unit_of_work
+    def unit():
+        takes(1)
+        work(3)
+
+    ledger = Ledger()
+    with ledger.running():
+        for _ in range(5):
+            unit()
+            takes(2)
+    seconds = defaultdict(float)
+    for cell, part in ledger.cells().items():
+        seconds[cell.stage] += part
+    assert seconds == {"bsdf": pytest.approx(15), "rest": pytest.approx(5 * (1 + 2))}
 
 
 def test_a_clock_too_coarse_to_see_a_stage_has_nothing_to_share_out():

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 from functools import cache
 
 import numpy as np
 import pytest
 from support import scenes as make
 
+from pt_engine.render import progressive
+from pt_engine.render.film import Film
 from pt_engine.render.integrator import INTEGRATORS, Integrator
 from pt_engine.render.progressive import Progress, render
 from pt_engine.render.settings import RenderSettings
@@ -126,6 +129,40 @@ def test_a_time_limit_keeps_what_there_is(threads):
     assert result.film.counts().sum() == result.progress.camera_samples > 0
     assert result.progress.fraction > 0.9
     assert result.stopped_by == "time"
+
+
+@pytest.mark.parametrize("threads", [1, 2, 8])
+@pytest.mark.parametrize("pace", [1e5, 1e6])
+@pytest.mark.parametrize("tables", [0.0, 0.3])
+def test_a_time_limit_is_kept_to_two_per_cent(monkeypatch, threads, pace, tables):
+    """A clock of our own: each thread's first unit makes tables, then lanes take as long as they take.
+
+    `pace` is of one thread. Or to a unit of the fewest lanes: they take a while on a slow machine, and may
+    wait for half of one.
+    """
+    at, free = [0.0], [tables] * threads  # when each thread is free again
+    monkeypatch.setattr(progressive.time, "perf_counter", lambda: at[0])
+    for limit in (1.0, 3.0, 10.0):
+        at[0], free[:] = 0.0, [tables] * threads
+        in_flight = threads + 1 if threads > 1 else 1
+        wanted = settings(threads=threads, samples=0, seconds=limit)
+        progress = Progress(Film(64, 64), wanted, 0.0, in_flight=in_flight / threads)
+        pending, more, started = deque(), True, False
+        while more or pending:
+            while more and len(pending) < in_flight:
+                more = not (started and progressive.is_over(progress))
+                if more:
+                    lanes = min(1 << 18, int(progressive.lanes_in_time(progress)))
+                    first = free.index(min(free))
+                    started, starts = True, max(free[first], at[0])
+                    free[first] = starts + lanes / pace
+                    pending.append((free[first], lanes, free[first] - starts))
+            if pending:
+                ends, lanes, seconds = pending.popleft()
+                at[0] = max(at[0], ends)
+                progressive.count_unit(progress, lanes, seconds)
+        allowed = max(0.02 * limit, 1.5 * progressive.LEAST_LANES / pace)
+        assert at[0] == pytest.approx(limit, abs=allowed)
 
 
 @THREADS

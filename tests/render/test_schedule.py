@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import islice
+from itertools import cycle, islice
 
 import numpy as np
 import pytest
@@ -28,6 +28,16 @@ def test_every_sample_of_every_pixel_is_rendered_once(size, samples, lanes):
     done = np.zeros((pixels, samples), int)
     for unit in work:
         done[unit.pixels, unit.first - 5 : unit.first - 5 + unit.spp] += 1
+    assert (done == 1).all()
+
+
+def test_units_that_shrink_render_the_same():
+    """However many lanes a unit may have at the moment, down to one."""
+    settings, sizes = RenderSettings(23, 17, samples=20, lanes=500), cycle((500, 90, 7, 1, 0, 1000))
+    done = np.zeros((23 * 17, 20), int)
+    for unit in units(settings, morton_order(23, 17), in_time=lambda: next(sizes)):
+        assert len(unit.pixels) * unit.spp <= 500
+        done[unit.pixels, unit.first : unit.first + unit.spp] += 1
     assert (done == 1).all()
 
 

@@ -13,7 +13,7 @@ from support.rooms import MIRROR, room
 
 from pt_engine.render.settings import RenderSettings
 from pt_engine.report.comparison import compare
-from pt_engine.report.errors import Bias
+from pt_engine.report.errors import Bias, Picture, least_known, squared_error
 from pt_engine.report.reference import Reference, cache_file, given, made
 from pt_engine.report.tables import comparison_lines
 from pt_engine.report.verdict import verdict
@@ -89,7 +89,41 @@ def test_an_error_of_nothing_is_told_as_nothing():
     reference = made(scene, SETTINGS, wanted=0.1, seconds=1)
     result = compare(scene, SETTINGS, reference, seconds=1e-3, seeds=2, only=("path_fixed", "adaptive"))
     told = comparison_lines(result)
-    assert [line.split()[-7:-5] for line in told[-3:]] == [["0", "0"]] * 3
+    assert told[-3].split()[-7:-3] == ["0", "0", "1.00", "x"]  # as set: by definition
+    assert [line.split()[-6:-3] for line in told[-2:]] == [["0", "0", "?"]] * 2
+
+
+def test_the_least_known_error_is_what_a_references_noise_makes_of_none():
+    """The truth measured against 400 noisy references: |MSE| exceeds it with a chance of 5 %."""
+    rng = np.random.default_rng(3)
+    variance = np.exp(rng.normal(0, 1.0, (24, 24, 1))) * np.ones(3)
+    noise = np.sqrt(variance) * rng.normal(size=(400, 24, 24, 1))  # channels share it
+    references = [Picture(each, variance) for each in noise]
+    found = [float(squared_error(np.zeros((24, 24, 3)), each).mean()) for each in references]
+    beyond = np.abs(found) > least_known(references[0])
+    assert 0.02 < beyond.mean() < 0.09
+
+
+def test_rounds_go_there_and_back_and_what_is_complete_counts():
+    """A machine that gets slower favours nobody; who stops the third run of five has two."""
+    scene, settings = prepare(room(make.diffuse(0.5))), replace(SETTINGS, width=8, height=8)
+    reference, told = made(scene, settings, wanted=1.0, seconds=1), []
+    words = {"seconds": 1e-3, "seeds": 2, "only": ("path_",), "tell": told.append}
+    whole = compare(scene, settings, reference, **words)
+    assert told == [f"1/2 {name}" for name in ("as set", "path_fixed", "path_active")] + [
+        f"2/2 {name}" for name in ("path_active", "path_fixed", "as set")
+    ]
+    assert whole["complete"]
+    told.clear()
+    part = compare(scene, settings, reference, **words, should_stop=lambda: len(told) > 4)
+    assert not part["complete"]
+    assert [(row["name"], row["runs"]) for row in part["rows"]] == [
+        ("as set", 1),
+        ("path_fixed", 1),
+        ("path_active", 2),
+    ]
+    told.clear()
+    assert compare(scene, settings, reference, **words, should_stop=lambda: True)["rows"] == []
 
 
 def test_what_is_not_known_to_be_blind_may_be_unlucky():

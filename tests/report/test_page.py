@@ -17,6 +17,7 @@ from pt_engine.render.stats import statistics
 from pt_engine.report import optional as packages
 from pt_engine.report.error_picture import error_picture
 from pt_engine.report.errors import Picture
+from pt_engine.report.figures import bars
 from pt_engine.report.optional import MissingPackage
 from pt_engine.report.page import accuracy, check_packages, comparison_page, render_page, whatif_page
 from pt_engine.scene.prepare import prepare
@@ -43,12 +44,36 @@ def self_contained(text):
     assert "@media print" in text
 
 
+def fits_a_phone_and_paper(text):
+    """Tables scroll in boxes of their own, figures shrink, columns may be narrower than their content."""
+    assert len(re.findall(r'<div class="wide[^"]*"><table', text)) == text.count("<table")
+    assert all("viewBox=" in svg and "role=" in svg for svg in re.findall(r"<svg [^>]*>", text))
+    style = text[text.index("<style>") : text.index("</style>")]
+    assert re.search(r"figure svg \{[^}]*width: 100%[^}]*max-width[^}]*height: auto", style)
+    assert re.search(r"\.wide \{[^}]*overflow-x: auto", style)
+    columns = re.findall(r"grid-template-columns: ([^;}]*)", style)
+    shares = re.sub(r"minmax\([^)]*\)", "", " ".join(columns))
+    assert "fr" not in shares.replace("1fr 1fr 1fr", "")  # a bare fraction grows with its content
+    assert re.search(r"dl\.long \{ display: block", style)
+    assert re.search(r"screen and \(prefers-color-scheme: dark\)", style)  # paper stays white
+    assert "break-inside: avoid" in style
+
+
+def test_bars_to_the_left_do_not_run_into_names():
+    """Their numbers stand at 0, on the other side."""
+    svg = bars("difference", [("cheaper", -3.0), ("dearer", 2.0)], "seconds")
+    x = {m[2]: float(m[1]) for m in re.finditer(r'<text [^>]* x="([\d.]+)"[^>]*>([^<]*)</text>', svg)}
+    assert x[" -3"] == x["0"]
+    assert x[" 2"] == x["2"]
+
+
 def test_render_page_has_it_all_and_fetches_nothing(rendered, tmp_path):
     stats, film = rendered
     path = tmp_path / "page.html"
     render_page(path, stats, None, error_picture(film), "python -m pt_engine render 'a b.blend'")
     text = path.read_text(encoding="utf-8")
     self_contained(text)
+    fits_a_phone_and_paper(text)
     for part in ("to halve the error", "Where the time went", "Off, and why", "Coverage", "None.", "embreex"):
         assert part in text
     assert "Room &amp; &lt;Co&gt;, frame 7" in text
@@ -86,8 +111,10 @@ def test_comparison_and_whatif_pages(rendered, tmp_path):
         "samples": 4.0,
         "mse_at_equal_time": interval,
         "mse_at_equal_samples": interval,
-        "relative_efficiency": 1.0,
+        "runs": 2,
+        "relative_efficiency": {"value": 1.0, "low": 1.0, "high": 1.0},
         "slope": interval,
+        "nonfinite": 3,
         "bias": {"relative": -0.38, "z": -9.0, "p": 0.0},
         "verdict": "emitter sampling misses the mirror: −38 % energy, biased",
     }
@@ -99,18 +126,32 @@ def test_comparison_and_whatif_pages(rendered, tmp_path):
         "samples": 4.0,
         "rows": [row],
         "curves": {"as set": points},
-        "reference": {"origin": "a file", "error": None},
+        "complete": True,
+        "reference": {"origin": "a file", "error": None, "least_mse": 1e-4},
+        "coverage": [
+            {"material": "wall", "node": "Toon", "state": "approximate", "effect": "it is smoother"}
+        ],
+        "ledger": stats["ledger"],
         "settings": stats["settings"],
         "versions": stats["versions"],
     }
-    comparison_page(tmp_path / "c.html", result, Picture(np.full((4, 6, 3), 0.5), None))
+    errors = {"as set": np.ones((4, 6), np.float32)}
+    comparison_page(tmp_path / "c.html", result, Picture(np.full((4, 6, 3), 0.5), None), errors)
     text = (tmp_path / "c.html").read_text(encoding="utf-8")
     self_contained(text)
-    assert "misses the mirror" in text
+    fits_a_phone_and_paper(text)
+    for part in ("misses the mirror", "Where each is wrong", "it is smoother", "Where the time went"):
+        assert part in text
+    assert "<td>as set</td><td>3</td>" in text
     effect = {"name": "fog", "present": False, "why": "no fog", "seconds": 0.0, "difference": 0.0}
     result = {**result, "effects": [effect]}
     whatif_page(tmp_path / "w.html", result)
-    assert "no fog" in (tmp_path / "w.html").read_text(encoding="utf-8")
+    text = (tmp_path / "w.html").read_text(encoding="utf-8")
+    fits_a_phone_and_paper(text)
+    assert "no fog" in text
+    assert "interrupted" not in text
+    whatif_page(tmp_path / "w.html", {**result, "complete": False})
+    assert "interrupted" in (tmp_path / "w.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("package", ["jinja2", "matplotlib"])

@@ -59,6 +59,16 @@ def test_z_test_uses_the_standard_errors(tmp_path, shift, differs):
     assert ("more than noise" in "\n".join(lines(found))) is differs
 
 
+def test_standard_errors_of_single_samples_know_nothing(tmp_path):
+    """Blender's passes have 0 where nothing is known: with noise of 0 any difference were beyond it."""
+    images = [RNG.uniform(0, 1, (16, 16, 3)) for _ in range(2)]
+    zero = np.zeros((16, 16, 3))
+    a, b = (
+        write(tmp_path / f"{k}.exr", Combined=image, Standard_Error=zero) for k, image in enumerate(images)
+    )
+    assert compare_files(a, b)["z"] is None
+
+
 def test_pixels_whose_noise_nobody_knows_have_no_say(tmp_path):
     """A pass of one sample is NaN: no test where all are, and none of the others' certainty is theirs."""
     values = np.full((32, 32, 3), 0.5)

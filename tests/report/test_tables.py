@@ -11,29 +11,29 @@ from pt_engine.report.fits import geometric_mean_of, mean_of, tells
 from pt_engine.report.tables import comparison_lines
 
 
-def row(errors, slopes):
-    """A contender with these errors and slopes, a number a seed."""
+def row(errors, slopes, efficiencies):
+    """A contender with these errors, slopes and relative efficiencies, a number a seed."""
     error = geometric_mean_of(errors)._asdict()
     return {
         "name": "as set",
         "samples": 16,
         "mse_at_equal_time": error,
         "mse_at_equal_samples": error,
-        "relative_efficiency": 1.0,
+        "relative_efficiency": geometric_mean_of(efficiencies)._asdict(),
         "slope": mean_of(slopes)._asdict(),
         "bias": {"relative": 0.0, "z": 0.0},
         "verdict": "",
     }
 
 
-def lines(errors, slopes):
+def lines(errors, slopes, efficiencies=(1.0, 1.0, 1.0), least=0.0):
     result = {
-        "reference": {"origin": "made", "error": 0.01},
+        "reference": {"origin": "made", "error": 0.01, "least_mse": least},
         "seeds": len(errors),
         "seconds": 1,
         "samples": 16,
     }
-    return comparison_lines({**result, "rows": [row(errors, slopes)]})
+    return comparison_lines({**result, "rows": [row(errors, slopes, efficiencies)]})
 
 
 @pytest.mark.parametrize(
@@ -54,6 +54,20 @@ def test_what_seeds_tell_is_a_number():
     assert f"±{spread - 1:.0%}" in told[-1]
     assert f"±{half * 0.1:.2f}" in told[-1]
     assert not any("±?" in line for line in told)
+
+
+def test_efficiency_has_the_interval_of_its_rounds():
+    told = lines((1.0e-3, 1.1e-3, 1.2e-3), (-1.0, -0.9, -1.1), (1.5, 1.5, 1.6))
+    spread = math.exp(4.303 / math.sqrt(3) * math.log(1.6 / 1.5) / math.sqrt(3))
+    assert f"1.53 x ±{spread - 1:.0%}" in told[-1]
+
+
+def test_what_the_reference_hides_is_no_number():
+    """Nearer to the truth than its reference is, an estimate has an MSE of anything, and no efficiency."""
+    told = lines((1.0e-6, 0.0, 2e-6), (math.nan,) * 3, (math.nan,) * 3, least=1e-5)
+    assert told[-2].count("< 1.0e-05") == 2
+    assert "?" in told[-2]
+    assert "reference's own noise" in told[-1]
 
 
 def test_nothing_is_drawn_of_errors_of_zero():

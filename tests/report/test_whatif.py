@@ -69,6 +69,31 @@ def test_what_is_called_missing_makes_no_difference_when_it_is_taken_out_all_the
     assert told >= {*listed, *more}
 
 
+def row_of(name, seconds_with, seconds_without, difference):
+    return {
+        **measuring.nothing(name, ""),
+        "present": True,
+        "seconds": seconds_with - sum(seconds_without) / 2,
+        "seconds_with": seconds_with,
+        "seconds_without": seconds_without,
+        "difference": difference,
+    }
+
+
+def test_seconds_have_the_interval_that_renders_of_the_same_tell():
+    """Pairs differ by 1 and 2 %; Student's t of two is 4.303: 1 s of 10 is told, 0.1 s is not."""
+    rows = [row_of("dear", 10.0, [8.955, 9.045], 0.1), row_of("cheap", 10.0, [9.801, 9.999], 0.1)]
+    dear, cheap = measuring.with_intervals(rows)
+    sigma = np.sqrt(((0.09 / 9) ** 2 + (0.198 / 9.9) ** 2) / 2 / 2)
+    half = 4.303 * sigma * np.hypot(10, 9 / np.sqrt(2))
+    assert dear["seconds_ci95"][1] - dear["seconds"] == pytest.approx(half)
+    assert dear["seconds_known"]
+    assert dear["difference_per_second"] == pytest.approx(0.1)
+    assert not cheap["seconds_known"]
+    assert cheap["difference_per_second"] == pytest.approx(0.1 / cheap["seconds_ci95"][1])
+    assert any("> " in line for line in whatif_lines({"seconds": 10.0, "samples": 4, "effects": [cheap]}))
+
+
 def test_world_light_is_all_of_a_scene_that_has_no_other():
     """A = R, B = 0: energy 100 %, difference √(E R²)/E R = 1 for a uniform floor under a uniform sky."""
     row = effects_of(plain(sky=make.world(1.0)))["world light"]

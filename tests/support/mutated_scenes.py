@@ -162,9 +162,23 @@ SCENES = (
     Mutation(
         "a forecast by the error, not its square",
         "render/forecast.py",
-        "decades = 2 * float(",
-        "decades = 1 * float(",
-        "tests/render/test_decisions.py",
+        "growth_until(2 * float(",
+        "growth_until(1 * float(",
+        "tests/render/test_forecast.py",
+    ),
+    Mutation(
+        "pixels that are ahead within a pass taken as they are",
+        "render/film_blocks.py",
+        "variance=moments.variance * ahead,",
+        "variance=moments.variance,",
+        "tests/render/test_forecast.py",
+    ),
+    Mutation(
+        "blocks of pixels that tell nothing of rare samples",
+        "render/film_blocks.py",
+        "min(max(found, 0.0), BELIEVED * now)",
+        "0.0 * now",
+        "tests/render/test_forecast.py",
     ),
     Mutation(
         "adaptive sampling that asks the pixel itself",

@@ -15,7 +15,7 @@ from .drive import run_engine
 from .failure import Failure
 from .inspection import coverage_command, explain_command
 from .output import save_exr, save_png
-from .places import check_writable
+from .places import check_writable, write_all
 from .terminal import Terminal, closing_line
 
 
@@ -39,10 +39,15 @@ def render_command(arguments) -> None:
     statistics = record.statistics()
     statistics["seconds"]["write"] = time.perf_counter() - rendered
     close_times(statistics["seconds"], time.perf_counter() - started)
+    files: list = []
     if arguments.stats:
-        write_json(arguments.stats, statistics)
+        files.append((arguments.stats, lambda: write_json(arguments.stats, statistics)))
     if page:
-        write_page(arguments.report, scene, record, statistics, terminal.error_picture)
+        error = terminal.error_picture
+        files.append(
+            (arguments.report, lambda: write_page(arguments.report, scene, record, statistics, error))
+        )
+    write_all(files)
     if terminal.interrupted:
         raise Failure(f"interrupted after {plural(terminal.samples, 'sample')}: {written} has no more")
     if not arguments.quiet:

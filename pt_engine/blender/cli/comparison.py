@@ -11,16 +11,17 @@ from ...report.contenders import NO_ESTIMATOR, names
 from ...report.optional import MissingPackage
 from ...report.pictures import compare_files
 from ...report.pictures import lines as picture_lines
-from ...report.reference import cache_file, given, made
+from ...report.reference import Reference, cache_file, given, made
 from ...report.runs import plain
-from ...report.tables import comparison_lines, whatif_lines
+from ...report.tables import comparison_lines, plural, whatif_lines
 from ...report.whatif import whatif
 from .. import registration
 from ..record import finite, write_json
 from .blendfile import open_scene
 from .drive import taken
 from .failure import Failure, UsageError
-from .places import check_writable
+from .places import check_writable, write_all
+from .terminal import Interruption
 
 
 def compare_command(arguments) -> int:
@@ -35,30 +36,46 @@ def compare_command(arguments) -> int:
     scene, settings = found.scene, found.settings
     check_sense(arguments, scene, settings)
     x0, y0, x1, y1 = settings.window
+    with Interruption() as stop:
+        reference = reference_of(arguments, found, (x1 - x0, y1 - y0), stop)
+        errors: dict = {}
+        result = compare(
+            scene,
+            settings,
+            reference,
+            settings.seconds or DEFAULT_SECONDS,
+            arguments.seeds,
+            tuple(arguments.only),
+            lambda line: tell(arguments, line),
+            stop.should_stop,
+            errors.__setitem__,
+        )
+    if not result["rows"]:
+        raise Failure("interrupted before the first run was complete; nothing was measured")
+    result |= named(arguments)
+    write = page and (lambda: page.comparison_page(arguments.report, result, reference.picture, errors))
+    deliver(arguments, result, comparison_lines(result), write)
+    if not result["complete"]:
+        runs = sum(row["runs"] for row in result["rows"])
+        raise Failure(f"interrupted after {plural(runs, 'run')}: there are no more in what is told")
+    return 0
+
+
+def reference_of(arguments, found, size: tuple[int, int], stop: Interruption) -> Reference:
+    """A given picture, or one that is made."""
     if arguments.reference:
         try:
-            reference = given(arguments.reference, x1 - x0, y1 - y0)
+            return given(arguments.reference, *size)
         except ValueError as problem:
             raise Failure(str(problem)) from problem
-    else:
-        tell(arguments, "making the reference")
-        cache = None if arguments.no_cache else cache_file(found.snapshot, settings)
-        reference = made(scene, settings, arguments.reference_error, arguments.reference_seconds, cache)
-    seconds = settings.seconds or DEFAULT_SECONDS
-    result = compare(
-        scene,
-        settings,
-        reference,
-        seconds,
-        arguments.seeds,
-        tuple(arguments.only),
-        lambda line: tell(arguments, line),
-    )
-    result |= named(arguments)
-    deliver(arguments, result, comparison_lines(result))
-    if page:
-        page.comparison_page(arguments.report, result, reference.picture)
-    return 0
+    tell(arguments, "making the reference")
+    cache = None if arguments.no_cache else cache_file(found.snapshot, found.settings)
+    limits = arguments.reference_error, arguments.reference_seconds
+    reference = made(found.scene, found.settings, *limits, cache, stop.should_stop)
+    if stop.interrupted:
+        kept = "" if cache is None else "; the next time goes on from there"
+        raise Failure(f"interrupted while the reference was made, nothing was measured{kept}")
+    return reference
 
 
 def check_sense(arguments, scene, settings) -> None:
@@ -97,16 +114,21 @@ def whatif_command(arguments) -> int:
     check_json(arguments)
     page = page_for(arguments)
     found = scene_of(arguments)
-    result = whatif(
-        found.snapshot,
-        found.settings,
-        found.settings.seconds or DEFAULT_SECONDS,
-        lambda line: tell(arguments, line),
-    )
+    with Interruption() as stop:
+        result = whatif(
+            found.snapshot,
+            found.settings,
+            found.settings.seconds or DEFAULT_SECONDS,
+            lambda line: tell(arguments, line),
+            stop.should_stop,
+        )
+    if not result["effects"]:
+        raise Failure("interrupted before the first effect was taken out; nothing was measured")
     result |= named(arguments)
-    deliver(arguments, result, whatif_lines(result))
-    if page:
-        page.whatif_page(arguments.report, result)
+    write = page and (lambda: page.whatif_page(arguments.report, result))
+    deliver(arguments, result, whatif_lines(result), write)
+    if not result["complete"]:
+        raise Failure("interrupted: the effects that are not told have not been measured")
     return 0
 
 
@@ -158,11 +180,15 @@ def tell(arguments, line: str) -> None:
         print(line, file=sys.stderr, flush=True)
 
 
-def deliver(arguments, result, lines) -> None:
-    """A table on the terminal, or JSON there (`--json -`) or in a file."""
+def deliver(arguments, result, lines, write_page=None) -> None:
+    """A table on the terminal, or JSON there (`--json -`); and the files that are asked for."""
     if to_terminal(arguments):
-        print(json.dumps(finite(result), indent=1, ensure_ascii=False, allow_nan=False))
-        return
-    if arguments.json:
-        write_json(arguments.json, result)
-    print("\n".join(lines))
+        print(json.dumps(finite(result), indent=1, ensure_ascii=False, allow_nan=False), flush=True)
+    else:
+        print("\n".join(lines), flush=True)
+    files: list = []
+    if arguments.json and not to_terminal(arguments):
+        files.append((arguments.json, lambda: write_json(arguments.json, result)))
+    if write_page:
+        files.append((arguments.report, write_page))
+    write_all(files)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
+from typing import Self
 
 from ...report.error_picture import error_picture
 from ...report.tables import plural
@@ -15,17 +16,43 @@ FIRST_LINE, LINE_GROWTH = 5.0, 1.5
 BAR_WIDTH = 30
 
 
-class Terminal(Observer):
+class Interruption:
+    """Ctrl-C inside: the first one ends the work in order, a second one ends at once."""
+
+    def __init__(self) -> None:
+        self.interrupted = False
+
+    def should_stop(self) -> bool:
+        """Whether there was one."""
+        return self.interrupted
+
+    def __enter__(self) -> Self:
+        try:
+            self.previous = signal.signal(signal.SIGINT, self._interrupt)
+        except ValueError:  # not in the main thread
+            self.previous = None
+        return self
+
+    def __exit__(self, *_) -> None:
+        if self.previous is not None:
+            signal.signal(signal.SIGINT, self.previous)
+
+    def _interrupt(self, number, frame) -> None:
+        self.interrupted = True
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+class Terminal(Interruption, Observer):
     """Follows a render on stderr, and stops it at Ctrl-C."""
 
     def __init__(self, quiet: bool = False, bar: bool = False) -> None:
+        super().__init__()
         self.error_picture = None
         self.quiet = quiet
         self.bar = (bar or sys.stderr.isatty()) and not quiet
         self.next_told = 0.0 if self.bar else FIRST_LINE
         self.drawn = False
         self.samples = 0
-        self.interrupted = False
         self.failure = ""
 
     def on_warning(self, headline: str, lines: list[str]) -> bool:
@@ -51,29 +78,13 @@ class Terminal(Observer):
     def on_film(self, film) -> None:
         self.error_picture = error_picture(film)
 
-    def should_stop(self) -> bool:
-        return self.interrupted
-
     def on_failure(self, message: str) -> None:
         self.failure = message
 
-    def __enter__(self) -> Terminal:
-        try:
-            self.previous = signal.signal(signal.SIGINT, self._interrupt)
-        except ValueError:  # not in the main thread
-            self.previous = None
-        return self
-
-    def __exit__(self, *_) -> None:
-        if self.previous is not None:
-            signal.signal(signal.SIGINT, self.previous)
+    def __exit__(self, *error) -> None:
+        super().__exit__(*error)
         if self.drawn:
             print(file=sys.stderr)
-
-    def _interrupt(self, number, frame) -> None:
-        """The first Ctrl-C ends the render in order; a second one ends at once."""
-        self.interrupted = True
-        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def closing_line(written: str, statistics) -> str:
