@@ -75,9 +75,9 @@ def _lowbias32_of(x: Any) -> Any:
     return x ^ (x >> 15)
 
 
-def to_unit_interval(bits: UInt32, out: Float32) -> None:
-    """The top 24 bits as float32 in [0, 1), each value exact; `bits` is overwritten."""
+def to_unit_interval(bits: UInt32, out: Float32) -> Float32:
+    """The top 24 bits as float32 in [0, 1), each value exact, in `out`; `bits` is overwritten."""
     np.right_shift(bits, 8, out=bits)
     # 24 bits fit a signed integer, whose conversion every CPU vectorises.
     np.copyto(out, bits.view(np.int32), casting="unsafe")
-    np.multiply(out, np.float32(2.0**-24), out=out)
+    return np.multiply(out, np.float32(2.0**-24), out=out)

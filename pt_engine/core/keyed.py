@@ -40,6 +40,6 @@ def bits(noise: UInt32, *key: int) -> UInt32:
 def uniforms(shift: UInt32, number: int) -> Float32:
     """(2, N) in [0, 1): point `number` of Sobol's first two dimensions, its digits shifted by `bits`."""
     out = np.empty(shift.shape, np.float32)
-    for row, directions in enumerate(sobol.direction_numbers()[:2]):
-        to_unit_interval(shift[row] ^ np.uint32(sobol.combine(directions, number)), out[row])
+    for row in range(2):
+        to_unit_interval(shift[row] ^ np.uint32(sobol.combine(row, number)), out[row])
     return out

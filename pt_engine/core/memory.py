@@ -4,6 +4,10 @@ On Linux, malloc gives arrays above a threshold back to the system at once. A wa
 hundreds of arrays per bounce; each then costs a page fault per 4 KiB when it is filled again. Measured on a
 Cornell box with 65,536 lanes: 75,000 faults and 11 % of the time per million camera samples. glibc can be
 told to keep them; elsewhere nothing is done.
+
+It also gives each thread an arena of its own, where three times as much is taken as is in use: pieces of
+all sizes do not fit into each other's gaps. Threads share one instead: 60 MB each in place of 100, for 2 to
+3 % of the time of two. None waits for another, since numpy allocates while it holds the interpreter's lock.
 """
 
 from __future__ import annotations
@@ -19,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-TRIM_THRESHOLD, TOP_PAD, MMAP_THRESHOLD = -1, -2, -3  # <malloc.h>
+TRIM_THRESHOLD, TOP_PAD, MMAP_THRESHOLD, ARENA_MAX = -1, -2, -3, -8  # <malloc.h>
 LARGEST_KEPT = 1 << 25  # glibc refuses more than 32 MiB
 KEEP, PAD = 1 << 28, 1 << 24
 PAGE = 1 << 21  # a large one
@@ -35,6 +39,7 @@ def kept_buffers() -> Iterator[None]:
     libc.mallopt(MMAP_THRESHOLD, LARGEST_KEPT)
     libc.mallopt(TRIM_THRESHOLD, KEEP)
     libc.mallopt(TOP_PAD, PAD)
+    libc.mallopt(ARENA_MAX, 1)  # stays so
     try:
         yield
     finally:

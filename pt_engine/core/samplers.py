@@ -43,7 +43,7 @@ class Sampler(ABC):
     def __init__(self, seed: int = 0) -> None:
         self.seed = int(seed)
         self._pixel_seed = np.uint32(hash_words(self.seed, 1))
-        self._dimension_keys: dict[int, np.uint32] = {}
+        self._dimension_keys: dict[tuple[int, int], UInt32] = {}
 
     def state(self, pixel: NDArray[np.integer], sample: NDArray[np.integer]) -> UInt32:
         """What a lane has to carry: (2, N) uint32 of pixel key and sample index.
@@ -65,24 +65,22 @@ class Sampler(ABC):
 
     def uniforms(self, state: UInt32, dimension: int, count: int) -> Float32:
         """`count` dimensions from `dimension` on: (count, N) float32 in [0, 1), multiples of 2⁻²⁴."""
-        result, stream = np.empty((count, state.shape[1]), np.float32), self.stream(state)
-        for row in range(count):
-            stream.fill(dimension + row, result[row])
-        return result
+        return self.stream(state).rows(dimension, count)
 
-    def dimension_key(self, dimension: int) -> np.uint32:
-        """What tells one dimension's hash from another's."""
-        key = self._dimension_keys.get(dimension)
-        if key is None:
-            key = self._dimension_keys[dimension] = np.uint32(hash_words(self.seed, 2, dimension))
-        return key
+    def dimension_keys(self, first: int, count: int) -> UInt32:
+        """What tells one dimension's hash from another's: (count, 1), of those from `first` on."""
+        keys = self._dimension_keys.get((first, count))
+        if keys is None:
+            words = [[hash_words(self.seed, 2, first + k)] for k in range(count)]
+            keys = self._dimension_keys[first, count] = np.array(words, np.uint32)
+        return keys
 
 
 class Stream(Protocol):
     """Numbers of a set of lanes; what its dimensions share is computed once."""
 
-    def fill(self, dimension: int, out: Float32) -> None:
-        """Put one dimension's (N,) uniforms into `out`."""
+    def rows(self, first: int, count: int) -> Float32:
+        """(count, N) uniforms of the dimensions from `first` on."""
         ...
 
 
@@ -93,14 +91,14 @@ class IndependentStream:
         self._sampler, self._pixel = sampler, state[0]
         self._base = state[1] * np.uint32(GOLDEN)
         self._base ^= self._pixel
-        self._scratch, self._bits = np.empty_like(self._base), np.empty_like(self._base)
-        lowbias32_inplace(self._base, self._scratch)
+        lowbias32_inplace(self._base, np.empty_like(self._base))
 
-    def fill(self, dimension: int, out: Float32) -> None:
-        """Hash the lanes with the dimension's key."""
-        np.bitwise_xor(self._base, self._sampler.dimension_key(dimension), out=self._bits)
-        keyed_hash_inplace(self._bits, self._pixel, self._scratch)
-        to_unit_interval(self._bits, out)
+    def rows(self, first: int, count: int) -> Float32:
+        """Hash the lanes with each dimension's key."""
+        bits = self._base ^ self._sampler.dimension_keys(first, count)
+        scratch = np.empty_like(bits)
+        keyed_hash_inplace(bits, self._pixel, scratch)
+        return to_unit_interval(bits, scratch.view(np.float32))
 
 
 class Independent(Sampler):
@@ -152,7 +150,6 @@ class Sobol(Sampler):
 
     def __init__(self, seed: int = 0) -> None:
         super().__init__(seed)
-        self._directions = sobol.direction_numbers()
         # Per dimension the block of samples in use and its table, and per set its order: one assignment, so
         # threads never see half.
         self._blocks: dict[int, tuple[int, UInt32]] = {}
@@ -193,7 +190,7 @@ class Sobol(Sampler):
 
     def _scrambled(self, dimension: int, order: UInt32, sample: UInt32, group: UInt32) -> UInt32:
         seeds = self._seeds(SCRAMBLED, dimension)[sample & np.uint32(1), group]
-        return sobol.owen_scramble(sobol.points(self._directions[dimension % SET], order), seeds)
+        return sobol.owen_scramble(sobol.points(dimension % SET, order), seeds)
 
     def _seeds(self, purpose: int, number: int) -> UInt32:
         """(2, GROUPS): of each sequence and group."""
@@ -217,21 +214,24 @@ class SobolStream:
             index = (self._sample & np.uint32(BLOCK - 1)) << np.uint32(GROUP_BITS)
             index |= self._group
             self._index = index.astype(np.intp)
-        self._shift, self._scratch, self._points = (np.empty_like(self._sample) for _ in range(3))
 
-    def fill(self, dimension: int, out: Float32) -> None:
-        """The dimension's points, shifted by a hash of (pixel, dimension)."""
-        if out.size == 0:
-            return
-        sampler, points = self._sampler, self._points
+    def rows(self, first: int, count: int) -> Float32:
+        """Each dimension's points, shifted by a hash of (pixel, dimension)."""
+        bits = self._key ^ self._sampler.dimension_keys(first, count)
+        scratch = np.empty_like(bits)
+        lowbias32_inplace(bits, scratch)
+        if bits.size:
+            for dimension, points in enumerate(scratch, first):
+                self._put_points(dimension, points)
+            bits ^= scratch
+        return to_unit_interval(bits, scratch.view(np.float32))
+
+    def _put_points(self, dimension: int, out: UInt32) -> None:
+        sampler = self._sampler
         if self._one_block:
-            np.take(sampler.block(dimension, self._block), self._index, out=points, mode="clip")
+            sampler.block(dimension, self._block).take(self._index, out=out, mode="clip")
         else:
-            points = sampler.points(dimension, self._sample, self._group)
-        np.bitwise_xor(self._key, sampler.dimension_key(dimension), out=self._shift)
-        lowbias32_inplace(self._shift, self._scratch)
-        np.bitwise_xor(points, self._shift, out=points)
-        to_unit_interval(points, out)
+            out[:] = sampler.points(dimension, self._sample, self._group)
 
 
 SET = 4  # dimensions that are stratified together

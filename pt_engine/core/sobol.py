@@ -65,18 +65,24 @@ def linear_table(directions: UInt32) -> UInt32:
     return table
 
 
-def combine(directions: UInt32, index: int) -> int:
-    """The point with one `index`, as an integer."""
-    return int(points(directions, np.array([index], np.uint32))[0])
+def combine(dimension: int, index: int) -> int:
+    """The point with one `index` in one dimension, as an integer."""
+    return int(points(dimension, np.array([index], np.uint32))[0])
 
 
-def points(directions: UInt32, index: UInt32) -> UInt32:
-    """The points with these indices, each by three look-ups: (n,)."""
+def points(dimension: int, index: UInt32) -> UInt32:
+    """The points with these indices in one dimension, each by three look-ups: (n,)."""
     result = np.zeros(index.size, np.uint32)
-    for first in range(0, BITS, THIRD):
-        table = linear_table(directions[first : first + THIRD])
+    for first, table in _thirds(dimension):
         result ^= table[(index >> np.uint32(first)) & np.uint32(len(table) - 1)]
     return result
+
+
+@cache
+def _thirds(dimension: int) -> list[tuple[int, UInt32]]:
+    """The first bit of each third of an index, and what it gives for any value of that third."""
+    directions = direction_numbers()[dimension]
+    return [(first, linear_table(directions[first : first + THIRD])) for first in range(0, BITS, THIRD)]
 
 
 def owen_scramble(x: UInt32, seed: int | UInt32) -> UInt32:

@@ -6,10 +6,13 @@ A surface with one closure chooses no lobe, a scene with one lamp no lamp: such 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, TypeAlias, overload
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .rows import columns
 
 Float32 = NDArray[np.float32]
 
@@ -21,17 +24,17 @@ class LazyRows:
 
     Parameters
     ----------
-    make : callable
-        Number of a row → its (N,) values.
-    count : int
+    parts : (count, make) each
+        So many rows, which are made together: `make()` → (count, N).
     """
 
-    def __init__(self, make: Callable[[int], Float32], count: int) -> None:
-        self._make = make
-        self._rows: list[Float32 | None] = [None] * count
+    def __init__(self, *parts: tuple[int, Callable[[], Float32]]) -> None:
+        self._parts = parts
+        self._made: list[Float32 | None] = [None] * len(parts)
+        self._where = [(part, row) for part, (count, _) in enumerate(parts) for row in range(count)]
 
     def __len__(self) -> int:
-        return len(self._rows)
+        return len(self._where)
 
     @overload
     def __getitem__(self, key: int) -> Float32: ...
@@ -39,12 +42,23 @@ class LazyRows:
     def __getitem__(self, key: tuple[slice, Any]) -> LazyRows: ...
     def __getitem__(self, key: int | tuple[slice, Any]) -> Float32 | LazyRows:
         if isinstance(key, tuple):
-            lanes = key[1]
-            return LazyRows(lambda k: self[k][lanes], len(self))
-        row = self._rows[key]
-        if row is None:
-            row = self._rows[key] = self._make(key)
+            return self._of(key[1])
+        part, number = self._where[key]
+        row: Float32 = self._rows(part)[number]
         return row
+
+    def _rows(self, part: int) -> Float32:
+        rows = self._made[part]
+        if rows is None:
+            rows = self._made[part] = self._parts[part][1]()
+        return rows
+
+    def _of(self, lanes: Any) -> LazyRows:
+        parts = enumerate(self._parts)
+        return LazyRows(*((count, partial(self._some, part, lanes)) for part, (count, _) in parts))
+
+    def _some(self, part: int, lanes: Any) -> Float32:
+        return columns(self._rows(part), lanes)
 
 
 Uniforms: TypeAlias = Float32 | LazyRows

@@ -1,4 +1,4 @@
-"""Many lamps with a size, met by rays: candidates from boxes (met.py), then each sort's exact test."""
+"""Lamps with a size, met by rays: candidates from boxes (met.py) or balls, then each sort's exact test."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .base import Float32, Float64, Hits, Index
-from .met import Accelerate, Boxes
+from .balls import Balls
+from .base import Float32, Hits, Index
+from .met import Boxes
 from .parts import LampPart
-
-CROWD = 16  # lamps with a size; fewer are tested one by one, for every ray
 
 
 class Met(NamedTuple):
@@ -19,6 +18,11 @@ class Met(NamedTuple):
 
     number: Index
     hits: Hits
+
+
+def lamp_numbers(parts: Sequence[LampPart], first: Sequence[int]) -> Index:
+    """Of the lamps of some parts, each of which begins at `first`."""
+    return np.concatenate([start + np.arange(part.count) for part, start in zip(parts, first, strict=True)])
 
 
 class Crowd:
@@ -29,24 +33,14 @@ class Crowd:
     parts : sequence of LampPart
     first : sequence of int
         The number of each part's first lamp.
-    low, high : (L, 3) float64
-        Boxes of all lamps, by number.
-    size : float
-        Of the scene.
+    around : Boxes or Balls
+        Of these lamps, in their order.
     """
 
-    def __init__(
-        self,
-        parts: Sequence[LampPart],
-        first: Sequence[int],
-        low: Float64,
-        high: Float64,
-        size: float,
-        accel: Accelerate,
-    ) -> None:
+    def __init__(self, parts: Sequence[LampPart], first: Sequence[int], around: Boxes | Balls) -> None:
         self._parts = list(zip(parts, first, strict=True))
-        self._numbers = np.concatenate([start + np.arange(part.count) for part, start in self._parts])
-        self.boxes = Boxes(low[self._numbers], high[self._numbers], size, accel)
+        self._numbers = lamp_numbers(parts, first)
+        self._around = around
         self._met_by = {
             of_camera: np.concatenate(
                 [np.isin(np.arange(p.count), p.rows(of_camera)) for p, _ in self._parts]
@@ -56,7 +50,7 @@ class Crowd:
 
     def hits(self, o: Float32, d: Float32, t: Float32, of_camera: bool) -> Iterator[Met]:
         """What camera rays, or all others, meet; a lane's first lamp comes first, then the second ones."""
-        lanes, lamps = self.boxes.pairs(o, d, t)
+        lanes, lamps = self._around.pairs(o, d, t)
         seen = np.flatnonzero(self._met_by[of_camera].take(lamps))
         lanes, numbers = lanes.take(seen), self._numbers.take(lamps.take(seen))
         found = [self._tested(part, first, lanes, numbers, (o, d, t)) for part, first in self._parts]

@@ -20,3 +20,7 @@ class Description:
     def total(self) -> int:
         """Emitters with power."""
         return sum(self.counts.values())
+
+    def are_met(self, camera: bool) -> bool:
+        """Whether camera rays, or others, can meet a lamp."""
+        return self.camera_meets_lamps if camera else self.meets_lamps

@@ -335,12 +335,12 @@ class Lights:
         ------
         Hits : lanes (k,), all different, radiance (3, k), pdf (k,).
         """
-        every, some = self.description.meets_lamps, self.description.camera_meets_lamps
         if camera is None or isinstance(camera, bool):
-            if some if camera else every:
+            if self.description.are_met(bool(camera)):
                 yield from self._met(o, d, t, bool(camera), place, ways)
             return
-        for of_camera, wanted in ((True, some), (False, every)):
+        for of_camera in (True, False):
+            wanted = self.description.are_met(of_camera)
             lanes = np.flatnonzero(camera if of_camera else ~camera) if wanted else NO_LANES
             if not lanes.size:
                 continue

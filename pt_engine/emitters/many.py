@@ -7,15 +7,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .balls import Balls
 from .base import Float32, Float64, Lamp
-from .crowd import CROWD, Crowd
+from .crowd import Crowd, lamp_numbers
 from .cuts import LocalChoice
 from .faces import Faces
-from .met import Accelerate
+from .met import Accelerate, Boxes
 from .outline import joined, of_lamps
 from .parts import LampPart
 from .places import NO_BOXES, Bounds, Int32, Places
 
+CROWD = 16  # lamps with a size; of fewer each is tested for every ray
 MANY = 8  # emitters that are somewhere; of fewer each gets a good share of the samples anyway
 ENTRIES = 2 << 20  # of all tables of a grid together, about: 40 MiB
 LIKELY = 192  # entries of a place's table, usually
@@ -28,14 +30,19 @@ def crowd(
     size: float,
     surfaces: Surfaces | None,
 ) -> Crowd | None:
-    """The lamps that rays find through boxes; None where they are few, or overlap in crowds."""
+    """What rays find through boxes or balls; None where none has a size, or they overlap in crowds."""
     some = [k for k, part in enumerate(parts) if part.boxed]
-    if surfaces is None or sum(parts[k].count for k in some) < CROWD:
+    chosen = [parts[k] for k in some], [first[k] for k in some]
+    if not some:
+        return None
+    which = lamp_numbers(*chosen)
+    if len(which) < CROWD:
+        return Crowd(*chosen, Balls([lamps[k] for k in which], size))
+    if surfaces is None:
         return None
     outlines = of_lamps(lamps, np.zeros(len(lamps)))
-    chosen = [parts[k] for k in some], [first[k] for k in some]
-    found = Crowd(*chosen, outlines.low, outlines.high, size, surfaces.accel)
-    return None if found.boxes.crowded else found
+    boxes = Boxes(outlines.low[which], outlines.high[which], size, surfaces.accel)
+    return None if boxes.crowded else Crowd(*chosen, boxes)
 
 
 class Surfaces(NamedTuple):

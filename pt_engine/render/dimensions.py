@@ -24,7 +24,6 @@ UInt32 = NDArray[np.uint32]
 
 CAMERA = 4
 PER_BOUNCE = 8
-CHOICE_AND_PLACE = (2, 0, 1)  # as emitters and BSDFs take them
 SHUTTER = CAMERA + 7  # what the first bounce leaves
 
 
@@ -50,13 +49,12 @@ class LaneSampler:
         return self._sampler.stream(self.state)
 
     @stage("random")
-    def _row(self, dimension: int) -> Float32:
-        out = np.empty(self.state.shape[1], np.float32)
-        self._stream.fill(dimension, out)
-        return out
+    def _rows(self, first: int, count: int) -> Float32:
+        return self._stream.rows(first, count)
 
     def _choice_and_place(self, first: int) -> LazyRows:
-        return LazyRows(lambda k: self._row(first + CHOICE_AND_PLACE[k]), 3)
+        """As emitters and BSDFs take them."""
+        return LazyRows((1, lambda: self._rows(first + 2, 1)), (2, lambda: self._rows(first, 2)))
 
     def pixel(self) -> Float32:
         """(2, N) for the pixel filter."""
@@ -68,7 +66,8 @@ class LaneSampler:
 
     def roulette(self, bounce: int) -> Float32:
         """(N,) to decide which paths go on."""
-        return self._row(CAMERA + PER_BOUNCE * bounce + 3)
+        u: Float32 = self._rows(CAMERA + PER_BOUNCE * bounce + 3, 1)[0]
+        return u
 
     def emitter(self, bounce: int) -> LazyRows:
         """(3, N): which emitter, and where on it."""

@@ -123,6 +123,13 @@ class PathState(Rows, float_rows=(("beta", 3), ("L", 3)), int_rows=(("slot", 1),
         return self._column("kind")
 
     @property
+    def kind_of_first(self) -> int:
+        """`kind` of the first path: of all, where nobody tracks them."""
+        if self._history is not None:
+            return int(self._history["kind"][0]) if self.size else 0
+        return RayKind.REFLECTION if self.bounces else RayKind.CAMERA
+
+    @property
     def depth(self) -> Int32:
         return self._column("depth")
 

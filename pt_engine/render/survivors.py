@@ -35,7 +35,7 @@ class Wavefront:
 
     def __init__(self, integrator: Integrator, scene: Scene, size: int) -> None:
         self._integrator, self._scene = integrator, scene
-        self._radiance = np.zeros((3, size), np.float32)
+        self._radiance = np.full((3, size), np.float32(0))  # zeros would keep other threads waiting
 
     @stage("roulette")
     def survivors(self, path: PathState, found: Intersection) -> tuple[PathState, NDArray[np.intp], Spans]:

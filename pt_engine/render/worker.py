@@ -157,10 +157,10 @@ class Worker:
     @stage("generate")
     def camera_rays(self, unit: Unit, sampler: LaneSampler, camera: Camera, by_pixel: bool = False) -> Rays:
         """One ray per lane through a point drawn from the pixel filter and, with a lens, a point on it."""
-        corner = np.stack(self._pixel_coordinates(unit)).astype(np.float32)
-        raster = np.repeat(corner, unit.spp, axis=1) if by_pixel else np.tile(corner, unit.spp)
-        raster += np.float32(0.5)
-        raster += self._filter.sample(sampler.pixel())
+        centre = np.stack(self._pixel_coordinates(unit)).astype(np.float32) + np.float32(0.5)
+        raster = self._filter.sample(sampler.pixel())
+        lanes = raster.reshape((2, -1, unit.spp) if by_pixel else (2, unit.spp, -1))
+        lanes += centre[:, :, None] if by_pixel else centre[:, None]
         o, d, tfar = camera.rays(raster, sampler.lens() if camera.has_lens else None)
         return Rays(o, d, tfar, RayKind.CAMERA)
 

@@ -99,12 +99,13 @@ def _radiance(scene: Scene, hit: Surface, path: PathState, lanes: NDArray[np.int
 @stage("emission", "lamps met by rays")
 def _lamp_emission(scene: Scene, rays: Rays, found: Intersection, path: PathState) -> Iterator[Found]:
     """Lamps of any size that lie on the ray before its hit; they don't hide what is behind them."""
-    t = found.hits.t.copy()
-    t[np.flatnonzero(found.surface == SKY)] = FAR
-    t[np.flatnonzero(rays.tfar < 0)] = -1
+    camera = bool(path.kind_of_first & RayKind.CAMERA)  # so are all, unless surfaces are transparent
+    if not scene.transparent_surfaces and not scene.lights.description.are_met(camera):
+        return
+    t = np.maximum(found.hits.t, (found.surface == SKY) * FAR)
+    np.copysign(t, rays.tfar, out=t)  # rays that are off meet nothing
     came = ways(scene, path, slice(None))
     if not scene.transparent_surfaces:
-        camera = bool((path.kind[:1] & RayKind.CAMERA).any())  # all lanes are of one generation
         met = scene.lights.intersect(rays.o, rays.d, t, camera, path.places(slice(None)), came)
         yield from (Found(*hits, by_group=scene.by_group) for hits in met)
         return

@@ -259,7 +259,7 @@ class Scene:
         """How the rays of some lanes came here; all alike where nobody follows them."""
         if self.tracks_history or self._looks_around:
             return Arrivals.of(path, lanes)
-        return Arrivals.by(int(path.kind[0]), len(lanes))
+        return Arrivals.by(path.kind_of_first, len(lanes))
 
     def shading_normal(self, rays: Rays, found: Intersection) -> Float32:
         """(3, N) unit shading normals on the viewer's side; 0 where a ray has missed."""

@@ -243,7 +243,8 @@ class SliceBSDF:
             weight *= np.maximum(self._shadow(0, wo), _passes(s.lobe))  # portals have no bumps
         if self.angles is not None:
             weight *= np.maximum(fade(cos_o, self.angles), _passes(s.lobe))
-        lobes = np.broadcast_to(np.asarray(lobe, np.uint8), self.lanes.n)
+        lobes = np.empty(self.lanes.n, np.uint8)
+        lobes[:] = lobe
         if np.ndim(lobe) == 0 and not lobe & Lobe.DELTA:
             return Scattered(wo, weight, s.pdf, lobes)
         out = Scattered(wo, weight, np.array(s.pdf), lobes)

@@ -152,6 +152,37 @@ CROWDS = {
 }
 
 
+FEW = {
+    **{name: [lamp] for name, lamp in SIZED.items() if lamp.kind != "SUN"},
+    "several sorts, suns and delta lamps among them": [*SIZED.values()][:13] + [*DELTA.values()],
+    "far from the origin": scattered(8, radius=0.3, seed=2) + [lamp("POINT", placed(4e3), radius=2.0)],
+    "seen by the camera, or not": scattered(6, radius=0.4) + scattered(6, seed=1, radius=0.4, visibility=63),
+    "over each other": [lamp("AREA", placed(), shape="DISK", size=(1.0, 1.0))] * 5,
+}
+
+
+@pytest.mark.parametrize("name", FEW)
+def test_few_lamps_are_met_as_without_the_balls_around_them(name):
+    """To the bit, by rays from everywhere that are aimed at their very edges, past them or anywhere."""
+    few, alone = lights(*FEW[name]), lights(*FEW[name])
+    assert few._crowd is not None
+    alone._crowd = None
+    rng, n = np.random.default_rng(7), 30_000
+    o = rng.uniform((-3, -3, 0), (3, 3, 3), (n, 3))
+    centre = np.array([lamp.matrix[:3, 3] for lamp in FEW[name]])[rng.integers(len(FEW[name]), size=n)]
+    off = rng.normal(size=(n, 3))
+    off *= (rng.choice([1e-4, 0.1, 0.3, 0.4, 0.7, 1.2, 1.9], n) / np.sqrt((off**2).sum(axis=1)))[:, None]
+    d = np.where(rng.random(n)[:, None] < 0.8, centre + off - o, rng.normal(size=(n, 3)))
+    d /= np.sqrt((d**2).sum(axis=1, keepdims=True))
+    t = np.where(rng.random(n) < 0.3, rng.exponential(2.0, n), 1e30).astype(np.float32)
+    t[:50] = -1.0
+    rays = [np.ascontiguousarray(x.T, np.float32) for x in (o, d)]
+    camera = rng.random(n) < 0.3
+    got, want = gathered(few, *rays, t, camera), gathered(alone, *rays, t, camera)
+    assert want[0].sum() > 100
+    np.testing.assert_array_equal(got, want)
+
+
 @pytest.mark.parametrize("name", CROWDS)
 def test_a_crowd_of_lamps_is_met_as_one_by_one(name):
     """Rays from outside, from inside of lamps, and short ones gather the same lamps, radiance and density."""

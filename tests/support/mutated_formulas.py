@@ -159,8 +159,8 @@ FORMULAS = (
     Mutation(
         "all dimensions with one key",
         "core/samplers.py",
-        "np.uint32(hash_words(self.seed, 2, dimension))",
-        "np.uint32(hash_words(self.seed, 2, 0))",
+        "hash_words(self.seed, 2, first + k)",
+        "hash_words(self.seed, 2, 0)",
         "tests/core/test_hashing.py",
     ),
     Mutation(
