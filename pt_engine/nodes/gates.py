@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from .ir import COLOR, FLOAT, Op, first_component
+from .ir import COLOR, FLOAT, first_component, sums
 from .program import ConstantTable, Entry, Slot, Step, Structure, components_wanted, dead_after
 
 Float32 = NDArray[np.float32]
@@ -159,7 +159,7 @@ def firsts_apart(steps: Sequence[Step], outputs: Sequence[Slot], size: int) -> d
             for k, channels in enumerate(((0,), tuple(rest)))
         )
         slots = tuple(Slot(False, part.first, step.op.types[0]) for part in (first, others))
-        parts[step.first] = first, others, Step(joined, (), 0, slots, step.first)
+        parts[step.first] = first, others, Step(sums[COLOR], (), 0, slots, step.first)
         size += 2
     return parts
 
@@ -189,14 +189,6 @@ def replaced(steps: Sequence[Step], parts: dict[int, Parts]) -> list[Step]:
             step = step._replace(args=(step.args[0]._replace(number=first),))
         out += parts.get(step.first, (step,))
     return out
-
-
-def _joined(a: Float32, b: Float32) -> Float32:
-    """Of two that give different components."""
-    return a + b
-
-
-joined: Final = Op(_joined, (COLOR,))
 
 
 def behind(gates: tuple[int, ...], step: Step) -> Step:

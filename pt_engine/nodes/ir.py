@@ -222,7 +222,7 @@ class Builder:
         for x, y in ((a, b), (b, a)):
             if isinstance(x, Const) and x.is_all(0) and y.type == kind:
                 return y
-        return self.call(_sum[kind], a, b)[0]
+        return self.call(sums[kind], a, b)[0]
 
     def complement(self, a: Value) -> Value:
         """1 − a."""
@@ -291,4 +291,4 @@ as_float = Op(_same, (FLOAT,), keeps_zero=True)
 first_component = Op(_first, (FLOAT,), splits=True)
 one_minus, one_minus_color = Op(_one_minus, (FLOAT,)), Op(_one_minus, (COLOR,))
 _product = {t: Op(_multiply, (t,), keeps_zero=True) for t in (FLOAT, COLOR, VECTOR)}
-_sum = {t: Op(_add, (t,)) for t in (FLOAT, COLOR, VECTOR)}
+sums = {t: Op(_add, (t,)) for t in (FLOAT, COLOR, VECTOR)}

@@ -75,7 +75,7 @@ class Look(NamedTuple):
     @property
     def exponent(self) -> float:
         """The a of n⁻ᵃ."""
-        return 1.0 + GOES_ON * self.gained
+        return exponent_of(self.stratified)
 
     def falls_by(self, growth: float) -> float:
         """How far relMSE's logarithm is down when that of the samples has grown."""
@@ -91,6 +91,11 @@ class Look(NamedTuple):
         """Standard deviation of the growth that was foretold."""
         doubt = float(np.interp(growth, (0.0, LOG_FURTHER), self.doubt)) / Z95
         return float(np.linalg.norm((self.spread, doubt, growth * exponent_spread))) / self.exponent
+
+
+def exponent_of(stratified: float) -> float:
+    """The a of n⁻ᵃ, by what stratification has left of the error."""
+    return 1.0 + GOES_ON * (1.0 - stratified) ** 2
 
 
 class Prediction(NamedTuple):

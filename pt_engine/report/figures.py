@@ -100,8 +100,13 @@ def plain_ticks(axis: Any, scale: float = 1, unit: str = "") -> None:
 AXES = {"seconds": "core seconds", "samples": "samples per pixel"}
 
 
-def convergence(history: Sequence[tuple[float, float]], now: tuple[float, float, float, float]) -> str:
-    """A render's relative RMS error against seconds: noted on the way, now with its interval, and to come."""
+def convergence(
+    history: Sequence[tuple[float, float]], now: tuple[float, float, float, float], times: float
+) -> str:
+    """A render's relative RMS error against seconds: noted on the way, now with its interval, and to come.
+
+    Half of it takes so many `times` the samples.
+    """
     seconds, error, low, high = now
     with drawing("error over time") as made:
         axes = made.axes
@@ -110,8 +115,8 @@ def convergence(history: Sequence[tuple[float, float]], now: tuple[float, float,
         axes.errorbar(
             [seconds], [error], [[error - low], [high - error]], fmt="o", color=COLOURS[1], label="now, 95 %"
         )
-        later = [seconds, 4 * seconds, 16 * seconds]
-        axes.plot(later, [error, error / 2, error / 4], "--", color="#888888", label="to come: 1/√time")
+        later = [seconds, times * seconds, times**2 * seconds]
+        axes.plot(later, [error, error / 2, error / 4], "--", color="#888888", label="to come")
         axes.set(xscale="log", yscale="log", xlabel="seconds", ylabel="relative RMS error")
         plain_ticks(axes.xaxis)
         plain_ticks(axes.yaxis, 100, " %")

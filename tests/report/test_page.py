@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import re
 
@@ -85,11 +86,16 @@ def test_render_page_has_it_all_and_fetches_nothing(rendered, tmp_path):
     assert len(path.read_bytes()) < 400_000
 
 
-def test_halving_the_error_takes_three_times_as_long_again(rendered):
-    """σ ∝ 1/√t: half of it at 4 t, of which t is done."""
-    stats, _ = rendered
+@pytest.mark.parametrize(
+    ("sampler", "stratified", "times"),
+    [("independent", 0.4, 4), ("sobol", 1.1, 4), ("sobol", 0.4, 4 ** (1 / 1.24))],
+)
+def test_halving_the_error_takes_as_long_again_as_the_sampler_needs(rendered, sampler, stratified, times):
+    """σ ∝ t^(−a/2), a = 1 + ⅔ (1 − s)² with Sobol points: half of it at 4^(1/a) t, of which t is done."""
+    stats = copy.deepcopy(rendered[0])
+    stats["settings"]["sampler"], stats["error"]["stratified"] = sampler, stratified
     known = accuracy(stats)
-    assert known["halving"] == pytest.approx(3 * stats["seconds"]["render"])
+    assert known["halving"] == pytest.approx((times - 1) * stats["seconds"]["render"])
     assert known["low"] < known["error"] < known["high"]
     assert known["error"] == pytest.approx(math.sqrt(stats["error"]["relmse"]))
 
