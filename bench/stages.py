@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from pt_engine.core.clock import Clock, runs
+from pt_engine.core.clock import IN_UNIT, Clock, runs
 from pt_engine.core.samplers import SAMPLERS
 from pt_engine.render import integrators  # noqa: F401  fills the registry
 from pt_engine.render.film import Film
@@ -80,7 +80,7 @@ def stages(blend: Path, sampler: str = "independent", passes: int = 6, books: bo
     best, samples = min((timed_pass(work) for _ in range(passes)), key=lambda timed: total(timed[0]))
     vertices, seconds = sum(best.shaded.values()), Counter[str]()
     for cell, part in best.seconds.items():
-        seconds[cell.stage] += part
+        seconds["rest" if cell.stage == IN_UNIT else cell.stage] += part
     plain = min(untimed_pass(work) for _ in range(passes))
     embree, rays = min((embree_pass(work) for _ in range(max(2, passes // 2))), key=lambda pair: pair[0])
     return {
