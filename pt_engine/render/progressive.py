@@ -265,12 +265,13 @@ def out_of_time(progress: Progress) -> bool:
 
 
 def lanes_in_time(progress: Progress) -> float:
-    """How many lanes a unit may have for the time limit to be kept: fewer and fewer toward its end."""
+    """How many lanes a unit may have for the time limit to be kept: fewer and fewer toward its end.
+
+    The first sample of all pixels is not cut up: small units take longer, and a picture with holes is none.
+    """
     limit = progress.settings.seconds
-    if not limit:
+    if not limit or not progress.samples:
         return float("inf")
-    if not progress.camera_samples:
-        return LEAST_LANES
     return max(LEAST_LANES, progress.pace * max(LAST_PART * limit, TIME_PART * (limit - progress.elapsed)))
 
 

@@ -152,7 +152,8 @@ def test_a_time_limit_is_kept_to_two_per_cent(monkeypatch, threads, pace, tables
             while more and len(pending) < in_flight:
                 more = not (started and progressive.is_over(progress))
                 if more:
-                    lanes = min(1 << 18, int(progressive.lanes_in_time(progress)))
+                    most = 1 << 18 if progress.samples else progress.film.pixels  # a pass at most
+                    lanes = int(min(most, progressive.lanes_in_time(progress)))
                     first = free.index(min(free))
                     started, starts = True, max(free[first], at[0])
                     free[first] = starts + lanes / pace
@@ -170,6 +171,13 @@ def test_the_shortest_time_gives_a_picture_of_something(threads):
     """A limit that has passed before the first unit: one is rendered all the same."""
     result = render(scene(), settings(threads=threads, seconds=1e-9))
     assert result.film.counts().sum() > 0
+
+
+@THREADS
+def test_a_short_limit_does_not_cut_up_the_first_sample(threads):
+    """One unit holds it, and takes all of the time: no pixel is left without a sample."""
+    wanted = RenderSettings(128, 128, samples=0, seconds=1e-9, threads=threads, lanes=1 << 14)
+    assert (render(scene(), wanted).film.counts() > 0).all()
 
 
 def test_the_sample_limit_may_come_before_the_time():
