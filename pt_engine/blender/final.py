@@ -23,9 +23,9 @@ from ..scene.another_view import through
 from ..scene.memory import snapshot_bytes
 from ..scene.prepare import prepare
 from . import passes
-from .cli.failure import Failure
-from .cli.places import check_writable, written
 from .export import export_scene
+from .failure import Failure
+from .files import check_writable, written
 from .nonfinite import add_commands, headline, lines
 from .picture import Picture
 from .record import RenderRecord, Session, close_times, write_json

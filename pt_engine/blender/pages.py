@@ -12,9 +12,9 @@ import bpy
 
 from ..render.settings import RenderSettings
 from ..report.page import render_page
-from .cli.failure import Failure
-from .cli.output import save_png
+from .failure import Failure
 from .nonfinite import settings_words
+from .output import save_png
 
 BY_THE_CLOCK = "time", "cancelled"
 IMAGE_SETTINGS = (

@@ -11,10 +11,10 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 
+from ..failure import Failure
+from ..files import check_writable
 from .arguments import parser
 from .chatter import Chatter, silence_blender
-from .failure import Failure
-from .places import check_writable
 
 
 def main(argv: Sequence[str] | None = None) -> int:

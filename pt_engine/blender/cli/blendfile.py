@@ -11,9 +11,9 @@ import bpy
 from ...render.integrator import INTEGRATORS
 from .. import plugins
 from ..compatibility import ENGINE
+from ..failure import Failure, UsageError
 from ..settings import adapts, endless
 from .chatter import unechoed
-from .failure import Failure, UsageError
 
 LEAST_PIXELS = 4  # along a side at 100 %
 VALUES = (

@@ -7,15 +7,15 @@ import time
 from ...render.replay import replay
 from ...report.tables import plural
 from .. import registration
+from ..failure import Failure
+from ..files import check_writable, write_all
+from ..output import save_exr, save_png
 from ..pages import write_page
 from ..record import Observer, close_times, write_json
 from .blendfile import choose_view_layer, open_scene
 from .comparison import compare_command, page_for, whatif_command
 from .drive import run_engine
-from .failure import Failure
 from .inspection import coverage_command, explain_command
-from .output import save_exr, save_png
-from .places import check_writable, write_all
 from .terminal import Terminal, closing_line
 
 

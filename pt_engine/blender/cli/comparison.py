@@ -16,11 +16,11 @@ from ...report.runs import plain
 from ...report.tables import comparison_lines, plural, whatif_lines
 from ...report.whatif import whatif
 from .. import registration
+from ..failure import Failure, UsageError
+from ..files import check_writable, write_all
 from ..record import finite, write_json
 from .blendfile import open_scene
 from .drive import taken
-from .failure import Failure, UsageError
-from .places import check_writable, write_all
 from .terminal import Interruption
 
 

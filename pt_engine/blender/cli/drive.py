@@ -6,10 +6,10 @@ from contextlib import contextmanager
 
 import bpy
 
+from ..failure import Failure
 from ..record import Observer, RenderRecord, Session
 from .blendfile import choose_view_layer
 from .chatter import unechoed
-from .failure import Failure
 
 
 def run_engine(scene, view_layer: str, observer) -> RenderRecord:

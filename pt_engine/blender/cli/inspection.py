@@ -12,8 +12,8 @@ from ...scene.prepare import prepare
 from .. import registration
 from ..coverage_listing import as_data, sections, text_lines
 from ..export import ExportError, export_scene
+from ..failure import Failure
 from .blendfile import choose_view_layer, open_scene
-from .failure import Failure
 
 NEAR = 5  # names that are offered for an unknown one
 
