@@ -78,7 +78,7 @@ class Clock:
         self.shaded: Counter[int] = Counter()  # vertices of each batch
         self.vertices: Counter[int] = Counter()  # of each material, where somebody looked
         self.by_effect: Counter[tuple[str, str]] = Counter()  # rays of each stage and effect
-        self.sent: Counter[int] = Counter()  # rays that leave each material's vertices
+        self.sent: Counter[int] = Counter()  # rays that leave some of each material's vertices
         self.senders: Counter[int] = Counter()  # and those vertices
         self._bounce = -1
         self._accounts: dict[Cell, _Account] = {}

@@ -277,6 +277,7 @@ class Scene:
     @stage("shade")
     def shade(self, si: Surface, path: PathState, spans: list[tuple[int, slice]]) -> ShadedBSDF:
         """The closures of each group on its span of lanes."""
+        tally.senders(self.geometry, si.surface)
         slices = []
         smooth_count = 0
         if self.terminator is not None:
