@@ -153,7 +153,7 @@ def ledger(books: Stats | None) -> dict[str, Any] | None:
     stages = books["stages"].items()
     bounces = [(f"bounce {k}" if k else "camera rays", b["seconds"]) for k, b in enumerate(books["bounces"])]
     named = [(STAGES[name], row["seconds"]) for name, row in stages]
-    effects = [(name, f"{row['seconds']:.3f}", row["rays"]) for name, row in books["effects"].items()]
+    effects = [(name, f"{row['seconds']:.3f}", row["rays"] or "") for name, row in books["effects"].items()]
     return {
         "books": books,
         "sum": sum(row["seconds"] for _, row in stages),
@@ -164,7 +164,7 @@ def ledger(books: Stats | None) -> dict[str, Any] | None:
             (name, f"{row['seconds']:.3f}", row["vertices"], row["rays"])
             for name, row in books["materials"].items()
         ],
-        "effects": effects or [("none", "0", 0)],
+        "effects": effects or [("none", "0", "")],
     }
 
 
