@@ -169,9 +169,9 @@ def counting() -> Clock | None:
     return _thread.counting
 
 
-def looks() -> bool:
-    """Whether it looks into this unit of work."""
-    return _thread.clock is not None
+def looking() -> Clock | None:
+    """This thread's clock, where it looks into this unit of work."""
+    return _thread.clock
 
 
 def start(clock: Clock | None) -> None:

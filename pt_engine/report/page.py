@@ -96,12 +96,13 @@ def accuracy(stats: Stats) -> dict[str, float] | None:
     if relative is None or not relative > 0:
         return None
     low, high = stats["error"].get("relmse_ci95") or (relative, relative)
+    times = times_to_halve(stats)
     return {
         "error": math.sqrt(relative),
         "low": math.sqrt(max(low, 0.0)),
         "high": math.sqrt(high),
-        "halving": (times_to_halve(stats) - 1) * stats["seconds"]["render"],
-        "times": times_to_halve(stats),
+        "halving": (times - 1) * stats["seconds"]["render"],
+        "times": times,
     }
 
 

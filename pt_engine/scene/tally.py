@@ -22,14 +22,14 @@ def vertices(geometry: Geometry, batch: int, surfaces: Surfaces) -> None:
 
 def senders(geometry: Geometry, surfaces: Surfaces) -> None:
     """Vertices of a wave on these surfaces, whose rays are counted, too: some of them."""
-    if (counting := clock.counting()) is not None and clock.looks():
-        counting.senders.update(by_material(geometry, surfaces[::EVERY]))
+    if (looking := clock.looking()) is not None:
+        looking.senders.update(by_material(geometry, surfaces[::EVERY]))
 
 
 def sent(geometry: Geometry, surfaces: Surfaces, tfar: NDArray[np.float32]) -> None:
     """Rays (N,) of a wave that leave vertices on these surfaces, toward lights or onward, if they are on."""
-    if (counting := clock.counting()) is not None and clock.looks():
-        counting.sent.update(by_material(geometry, surfaces[::EVERY][tfar[::EVERY] > 0]))
+    if (looking := clock.looking()) is not None:
+        looking.sent.update(by_material(geometry, surfaces[::EVERY][tfar[::EVERY] > 0]))
 
 
 def by_material(geometry: Geometry, surfaces: Surfaces) -> dict[int, int]:
