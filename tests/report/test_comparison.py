@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 from support import scenes as make
 from support.image_files import write
+from support.motion import moving
 from support.rooms import MIRROR, room
 
+from pt_engine.render.progressive import render
 from pt_engine.render.settings import RenderSettings
 from pt_engine.report.comparison import compare
+from pt_engine.report.contenders import by_power
 from pt_engine.report.errors import Bias, Picture, least_known, squared_error
 from pt_engine.report.reference import Reference, cache_file, given, made
 from pt_engine.report.tables import comparison_lines
@@ -69,6 +72,18 @@ def test_mis_beats_bsdf_sampling_of_a_small_light(compared):
     """
     errors = [row(compared, n)["mse_at_equal_samples"]["value"] for n in ("direct_bsdf", "direct_mis")]
     assert errors[0] > 1.5 * errors[1]
+
+
+def test_lights_are_chosen_by_power_at_every_moment_of_a_moving_scene():
+    """What moves is a camera that gets nowhere: the samples are those of the scene which stands still."""
+    lamps = [LightData("POINT", f"{k}", make.translation(k - 6, 0, 1.5), 10.0) for k in range(12)]
+    camera = make.orthographic((0, 0, 3), (0, 0, 0), 12.0)
+    still = make.scene([(make.quad(12), np.eye(4), make.diffuse(0.5))], camera, lamps)
+    moved = prepare(moving(still, cameras=(camera, camera)))
+    assert moved.lights.by_place is not None
+    settings = replace(SETTINGS, samples=4)
+    one, other = (render(by_power(scene), settings).image() for scene in (moved, prepare(still)))
+    np.testing.assert_array_equal(one, other)
 
 
 def test_runs_that_are_over_at_once_do_not_call_noise_a_bias():

@@ -206,6 +206,16 @@ def test_without_caustics_directly_seen_mirrors_stay_and_diffuse_ones_lose_light
     assert with_.mean() > without.mean()
 
 
+def test_caustics_are_taken_out_of_every_moment_of_a_moving_scene():
+    """What moves is a camera that gets nowhere: the light is that of the scene which stands still."""
+    still = room(MIRROR)
+    scene = prepare(moving(still, cameras=(still.camera, still.camera)))
+    assert scene.slices is not None
+    settings = replace(SETTINGS, samples=64, max_depth=4)
+    one, other = (render(without_caustics(s), settings).image() for s in (scene, prepare(still)))
+    np.testing.assert_array_equal(one, other)
+
+
 def test_every_effect_leaves_the_given_snapshot_alone():
     snapshot = room(GLASS, LightData("AREA", "a", np.eye(4), 1.0), make.world(1.0))
     before = (snapshot.materials, snapshot.lights, snapshot.camera, snapshot.world)
