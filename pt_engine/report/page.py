@@ -80,6 +80,7 @@ def render_page(
         accuracy=accuracy(stats),
         fireflies=fireflies(stats),
         curve=error_curve(stats),
+        phases=phases(stats["seconds"]),
         ledger=ledger(stats.get("ledger")),
         left_out=[left_out(sample) for sample in stats["nonfinite"]["samples"]],
         command=command,
@@ -88,6 +89,20 @@ def render_page(
         **coverage(stats["coverage"]),
     )
     write_whole(path, text)
+
+
+PHASES = {
+    "export": "reading the scene",
+    "build": "preparing it",
+    "render": "rendering",
+    "write": "writing files",
+    "other": "the rest",
+}
+
+
+def phases(seconds: Mapping[str, float]) -> list[tuple[str, float]]:
+    """What a render's time is made of, without phases of less than a millisecond."""
+    return [(told, seconds[name]) for name, told in PHASES.items() if seconds.get(name, 0.0) >= 1e-3]
 
 
 def accuracy(stats: Stats) -> dict[str, float] | None:

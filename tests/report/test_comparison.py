@@ -141,6 +141,25 @@ def test_rounds_go_there_and_back_and_what_is_complete_counts():
     assert compare(scene, settings, reference, **words, should_stop=lambda: True)["rows"] == []
 
 
+def test_what_the_settings_as_set_show_as_well_is_nobodys_blind_spot():
+    """A reference 2 % too bright: a depth that misses next to nothing is not called blind, one bounce is."""
+    scene, settings = prepare(room(make.diffuse(0.5))), replace(SETTINGS, max_depth=9)
+    true = made(scene, settings, wanted=0.02, seconds=3)
+    picture = Picture(1.02 * true.picture.mean, true.picture.variance)
+    reference = Reference(picture, "too bright", true.error)
+    result = compare(scene, settings, reference, 0.3, 2, ("depth 8", "direct_mis"))
+    assert row(result, "as set")["verdict"].startswith("differs from the reference")
+    assert row(result, "depth 8")["verdict"].startswith("differs as the settings as set do: ")
+    assert row(result, "direct_mis")["verdict"].startswith("one bounce misses indirect light")
+
+
+def test_pixels_of_a_moving_scene_share_moments_and_z_does_not_know():
+    still = room(make.diffuse(0.5))
+    scene = prepare(moving(still, {0: [np.eye(4), make.translation(0, 0, 0.1)]}))
+    told = verdict(scene, SETTINGS, SETTINGS.max_depth, Bias(-0.002, -7.0, -13.0, 1e-40))
+    assert "moments of the shutter, which pixels share" in told
+
+
 def test_what_is_not_known_to_be_blind_may_be_unlucky():
     """z of the mean may be small where a part of the image is far off: the sentence says which."""
     scene = prepare(room(make.diffuse(0.5)))
