@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import NamedTuple
 
+import numpy as np
+
 from ..nodes.coverage import EXACT, IGNORED, Coverage
 from ..scene.snapshot import Link
 from .words import inexact
@@ -12,6 +14,7 @@ from .words import inexact
 STATES = ("exact", "approximate", "ignored")
 OWN_NODES = "(conversion to "  # of the exporter (see `export.node_tree`)
 NO_EFFECT = "has no effect on the image"
+BLACK = "nothing is connected to it: black"
 LEFT_OUT = "a part of the volume, which is left out"
 
 
@@ -40,6 +43,10 @@ def sections(snapshot, coverage) -> list[Section]:
     by_owner: dict[str, list[Coverage]] = {}
     for entry in coverage:
         by_owner.setdefault(entry.material, []).append(entry)
+    for number in np.unique(snapshot.instances.materials):
+        graph = snapshot.materials[number]
+        if not graph.nodes:  # nothing that coverage could know, and seen all the same
+            by_owner.setdefault(graph.name, [Coverage(graph.name, "Material Output", EXACT, BLACK)])
     owners = [("material", graph) for graph in snapshot.materials if graph.name in by_owner]
     owners += [("world", snapshot.world)] if snapshot.world is not None else []
     owners += [("light", lamp.graph) for lamp in snapshot.lights if lamp.graph is not None]

@@ -228,6 +228,7 @@ def comparison_page(
 def whatif_page(path: Path, result: Stats) -> None:
     """The page of effects taken out one at a time."""
     present = [row for row in result["effects"] if row["present"]]
+    seen = [(row["name"], 100 * row["difference"]) for row in present if row["beyond_noise"]]
     text = filled(
         "whatif.html",
         title="What each effect costs",
@@ -236,8 +237,6 @@ def whatif_page(path: Path, result: Stats) -> None:
         rows=[whatif_cells(row, result["seconds"]) for row in present],
         missing=[row for row in result["effects"] if not row["present"]],
         seconds=figures.bars("core seconds", [(r["name"], r["seconds"]) for r in present], "core seconds"),
-        difference=figures.bars(
-            "difference", [(r["name"], 100 * r["difference"]) for r in present], "RMS, % of the mean"
-        ),
+        difference=figures.bars("difference", seen, "RMS, % of the mean") if seen else "",
     )
     write_whole(path, text)

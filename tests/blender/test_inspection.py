@@ -92,6 +92,19 @@ def test_what_a_volume_is_made_of_is_left_out_with_it_and_not_exact(run, tmp_pat
     assert "  ignored      Noise Texture: a part of the volume, which is left out" in lines
 
 
+def test_a_material_without_anything_at_its_output_is_told_to_be_black(run, tmp_path):
+    engine_scene()
+    bare = bpy.data.materials.new("Bare")
+    if not bare.node_tree:
+        bare.use_nodes = True
+    bare.node_tree.links.clear()
+    bpy.data.objects["Cube"].data.materials.append(bare)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "bare.blend"))
+    lines = run("coverage", tmp_path / "bare.blend")[1].splitlines()
+    place = lines.index("Material Bare")
+    assert lines[place + 1] == "  exact        Material Output: nothing is connected to it: black"
+
+
 def test_strict_coverage_ends_with_1(run, blend, tmp_path, monkeypatch):
     assert run("coverage", blend, "--strict")[0] == 1
     monkeypatch.setattr("pt_engine.blender.export.scene.scene_wide", lambda depsgraph, scene: [])
