@@ -21,7 +21,7 @@ from pt_engine.report.reference import Reference, cache_file, given, made
 from pt_engine.report.tables import comparison_lines
 from pt_engine.report.verdict import verdict
 from pt_engine.scene.prepare import prepare
-from pt_engine.scene.snapshot import LightData
+from pt_engine.scene.snapshot import LightData, Visibility
 
 pytestmark = pytest.mark.slow  # some ten seconds of rendering
 
@@ -158,6 +158,20 @@ def test_pixels_of_a_moving_scene_share_moments_and_z_does_not_know():
     scene = prepare(moving(still, {0: [np.eye(4), make.translation(0, 0, 0.1)]}))
     told = verdict(scene, SETTINGS, SETTINGS.max_depth, Bias(-0.002, -7.0, -13.0, 1e-40))
     assert "moments of the shutter, which pixels share" in told
+
+
+def test_shadow_catchers_are_compared_by_the_light_of_the_whole_scene():
+    """Their picture is made of several films; a reference merged of steps has one, and all must mean the same."""
+    lit = room(make.diffuse(0.5), sky=make.world(0.5))
+    visibility = lit.instances.visibility.copy()
+    visibility[0] |= Visibility.CATCHER
+    scene = prepare(replace(lit, instances=replace(lit.instances, visibility=visibility)))
+    assert scene.has_catchers
+    reference = made(scene, SETTINGS, wanted=0.05, seconds=3)
+    result = compare(scene, SETTINGS, reference, 0.2, 2, ("path_fixed",))
+    for each in result["rows"]:
+        assert each["verdict"] == ""
+        assert abs(each["bias"]["relative"]) < 0.1
 
 
 def test_what_is_not_known_to_be_blind_may_be_unlucky():
