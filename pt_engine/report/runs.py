@@ -1,8 +1,8 @@
 """One contender measured: squared error against core seconds, over a few runs with other seeds.
 
 Seconds are of CPU cores, summed over threads: what other programs on the machine do does not count. What is
-measured is the film, the light of the whole scene: of the picture that shadow catchers leave of it nobody knows
-the noise.
+measured is the film, the light of the whole scene: nobody knows the noise of the picture that shadow
+catchers leave of it.
 """
 
 from __future__ import annotations

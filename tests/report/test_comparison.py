@@ -161,7 +161,7 @@ def test_pixels_of_a_moving_scene_share_moments_and_z_does_not_know():
 
 
 def test_shadow_catchers_are_compared_by_the_light_of_the_whole_scene():
-    """Their picture is made of several films; a reference merged of steps has one, and all must mean the same."""
+    """Their picture is made of several films, a merged reference is one: all must mean the same."""
     lit = room(make.diffuse(0.5), sky=make.world(0.5))
     visibility = lit.instances.visibility.copy()
     visibility[0] |= Visibility.CATCHER

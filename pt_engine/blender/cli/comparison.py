@@ -66,7 +66,8 @@ def reference_of(arguments, found, size: tuple[int, int], stop: Interruption) ->
     if arguments.reference:
         if found.scene.has_catchers:
             raise UsageError(
-                "--reference: with shadow catchers the light of the whole scene is compared, which is no picture"
+                "--reference: with shadow catchers it is the light of the whole scene that is compared, "
+                "which no picture shows"
             )
         try:
             return given(arguments.reference, *size)
