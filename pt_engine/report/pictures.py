@@ -108,7 +108,8 @@ def lines(found: Mapping[str, Any]) -> list[str]:
         else f"  FLIP    {found['flip_missing']}",
     ]
     if found["z"] is None:
-        text.append(f"  z-test  none: no pass {NOISE} in either file knows it; render --passes writes it")
+        text.append(f"  z-test  none: neither file has a pass {NOISE} that knows it")
+        text.append("          (render --passes writes it)")
     else:
         verdict = "they differ by more than noise" if found["p"] < 1e-3 else "they differ as noise does"
         place = (
