@@ -184,7 +184,8 @@ def _color_index(mesh: MeshData, color: Float32) -> Int32:
 def tangent_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:
     """MikkTSpace tangents along a uv map and the sign of their bitangents; 0 where the map is missing.
 
-    "" is each mesh's active map; a mesh without any has a sphere's around its origin, as in Cycles.
+    "" is each mesh's active map; a mesh without any has a sphere's around its origin, as in Cycles, which
+    since Blender 5 knows no seam.
     """
     pick = {}
     for m, mesh in enumerate(snapshot.meshes):
@@ -196,7 +197,7 @@ def tangent_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:
             normals = unit_rows(mesh.normals.astype(np.float64)).astype(np.float32)[mesh.normal_index]
         else:
             normals = np.repeat(face_normals(points)[:, None], 3, axis=1)
-        tangent, sign = tangent_space(points, normals, uv)
+        tangent, sign = tangent_space(points, normals, uv, around=not (name or mesh.active_uv))
         values = np.concatenate([tangent, sign[..., None]], axis=2).reshape(-1, 4)
         pick[m] = values, np.arange(len(values), dtype=np.int32).reshape(-1, 3)
     return build_layer(snapshot, geometry, pick, (0.0, 0.0, 0.0, 0.0))

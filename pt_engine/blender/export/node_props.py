@@ -12,6 +12,7 @@ name. What is more than a value becomes:
 ``object_matrix``      Texture Coordinate with an object: world to that object, 16 numbers by rows
 ``ies_text``           text of an IES file
 ``value``              of the nodes whose output is their setting: Value, RGB, Normal
+``filter_width``       the own value of Bump's socket
 """
 
 from __future__ import annotations
@@ -39,6 +40,8 @@ def node_props(node, images) -> dict[str, object]:
             props.update(pointed(node, name, images))
     if node.bl_idname == "ShaderNodeTexIES" and node.mode == "EXTERNAL":
         props["ies_text"] = read_ies(node)
+    if node.bl_idname == "ShaderNodeBump":
+        props["filter_width"] = node.inputs["Filter Width"].default_value
     if node.bl_idname in OUTPUT_IS_SETTING:
         props["value"] = plain(node.outputs[0].default_value)
     return props
