@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .color_spaces import hsl_to_rgb, hsv_to_rgb, rgb_to_hsl, rgb_to_hsv
+from .folded_curves import folded_color, folded_curve, folded_float, folded_vector
 from .graph import NodeView
 from .ir import COLOR, FLOAT, VECTOR, Value, op
 from .registry import Outputs, node
@@ -226,21 +227,30 @@ def curve_static(n: NodeView, channels: int) -> tuple[Any, ...] | None:
     return Table(np.array(tables[:channels], np.float32)), float(low), float(high), extend
 
 
-def _curve_node(n: NodeView, what: Any, channels: int, t: Value, x: Value) -> Value:
+def _curve_node(n: NodeView, what: Any, folded: Any, channels: int, t: Value, x: Value) -> Value:
+    constant = folded_curve(n, folded, t, x)
+    if constant is not None:
+        return constant
     static = curve_static(n, channels)
     return x if static is None else n.call(what, t, x, static=static)
 
 
 @node("RGBCurve")
 def rgb_curve_node(n: NodeView) -> Outputs:
-    return {"Color": _curve_node(n, curves_color, 3, n.float("Fac", 1.0), n.color("Color", 1.0))}
+    return {
+        "Color": _curve_node(n, curves_color, folded_color, 3, n.float("Fac", 1.0), n.color("Color", 1.0))
+    }
 
 
 @node("VectorCurve")
 def vector_curve_node(n: NodeView) -> Outputs:
-    return {"Vector": _curve_node(n, curves_vector, 3, n.float("Fac", 1.0), n.vector("Vector"))}
+    return {
+        "Vector": _curve_node(n, curves_vector, folded_vector, 3, n.float("Fac", 1.0), n.vector("Vector"))
+    }
 
 
 @node("FloatCurve")
 def float_curve_node(n: NodeView) -> Outputs:
-    return {"Value": _curve_node(n, curve_float, 1, n.float("Factor", 1.0), n.float("Value", 1.0))}
+    return {
+        "Value": _curve_node(n, curve_float, folded_float, 1, n.float("Factor", 1.0), n.float("Value", 1.0))
+    }

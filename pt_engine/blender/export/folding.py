@@ -1,4 +1,4 @@
-"""What sockets get that depends on whether Blender folds a node: hidden values and conversions on the way.
+"""What depends on whether Blender folds a node: hidden values, conversions on the way, tables of curves.
 
 Blender 5 folds a node whose inputs are all constants before it hands a tree to Cycles, and then a hidden
 value is a constant like any other: a Noise in a group whose hidden Vector is unlinked is flat, at (0, 0, 0).
@@ -8,10 +8,12 @@ node has computed is converted by each group's socket that it passes; a link is 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
 from ...scene.snapshot import Link, Node
+from .conversions import BLENDER_5
 
 NAMES = (
     "Blackbody Clamp CombineXYZ FloatCurve Gamma MapRange Math Mix MixRGB RGBCurve RadialTiling SeparateXYZ "
@@ -19,6 +21,7 @@ NAMES = (
     "Value VectorCurve VectorMath VectorRotate"
 )
 FOLDED = frozenset(NAMES.split())
+CURVES = "folded_curves"
 CONVERSION = "(conversion to "  # begins the names of nodes that stand for a socket's conversion
 
 
@@ -38,8 +41,9 @@ class IfFolded(NamedTuple):
 
 
 def settled(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
-    """Nodes, each after what feeds it, with every `Hidden` and `IfFolded` input decided."""
-    if not any(isinstance(v, Hidden | IfFolded) for node in nodes for v in node.inputs.values()):
+    """Nodes, each after what feeds it, with every `Hidden` and `IfFolded` input and table decided."""
+    depends = any(isinstance(v, Hidden | IfFolded) for node in nodes for v in node.inputs.values())
+    if not depends and not any(CURVES in node.props for node in nodes):
         return nodes
     folded: list[bool] = []
     decided = []
@@ -48,8 +52,14 @@ def settled(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
         folds = folds and all(is_constant(value, folded) for value in node.inputs.values())
         folded.append(folds)
         inputs = {name: decide(value, folds, folded) for name, value in node.inputs.items()}
-        decided.append(replace(node, inputs=inputs))
+        props = node.props if folds and BLENDER_5 else without_folded(node.props)
+        decided.append(replace(node, inputs=inputs, props=props))
     return tuple(decided)
+
+
+def without_folded(props: Mapping[str, object]) -> dict[str, object]:
+    """Settings without the tables that Blender alone looks into."""
+    return {name: value for name, value in props.items() if name not in (CURVES, "folded_clip")}
 
 
 def decide(value: object, folds: bool, folded: list[bool]) -> object:

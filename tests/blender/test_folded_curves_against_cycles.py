@@ -1,0 +1,91 @@
+"""Curves whose inputs are constants: Cycles gets what Blender has folded, by other tables than its own."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+from support import cycles_nodes  # noqa: E402
+from support.bpy_nodes import with_nodes  # noqa: E402
+from support.bpy_scenes import empty_scene  # noqa: E402
+from support.node_lanes import NodeLanes  # noqa: E402
+
+from pt_engine.blender.export.images import ImageTable  # noqa: E402
+from pt_engine.blender.export.materials import export_material  # noqa: E402
+from pt_engine.nodes.compile import compile_materials  # noqa: E402
+
+KINDS = ("FloatCurve", "RGBCurve", "VectorCurve")
+INPUTS = ((0.0, 0.3, 0.7), (0.95, 2.0, -0.6), (-2.0, 0.137, 0.51))
+CASES = [
+    *itertools.product(
+        KINDS, (False, True), ("HORIZONTAL", "EXTRAPOLATED"), INPUTS, (1.0, 0.4), (False, True)
+    )
+]
+
+
+def shining(kind, clip, extend, x, share, behind):
+    """Steep curves, narrower or wider than the editor's range; the input behind a folded node or not."""
+    made = bpy.data.materials.new("Folded")
+    tree = with_nodes(made)
+    node = tree.nodes.new("ShaderNode" + kind)
+    bend(node, clip, extend)
+    node.inputs[0].default_value = share
+    if behind:
+        source = tree.nodes.new("ShaderNodeCombineXYZ" if kind != "FloatCurve" else "ShaderNodeMath")
+        for socket, value in zip(source.inputs, x if kind != "FloatCurve" else (x[0], 0.0), strict=False):
+            socket.default_value = value
+        tree.links.new(source.outputs[0], node.inputs[1])
+    else:
+        node.inputs[1].default_value = {"FloatCurve": x[0], "RGBCurve": (*x, 1), "VectorCurve": x}[kind]
+    shine, end = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(node.outputs[0], shine.inputs[0])
+    tree.links.new(shine.outputs[0], end.inputs[0])
+    return made
+
+
+def bend(node, clip, extend):
+    """Set a node's curves: other points in every channel."""
+    mapping = node.mapping
+    mapping.use_clip, mapping.extend = False, extend
+    for k, curve in enumerate(mapping.curves):
+        curve.points[0].location = (-1.2, -0.9) if k == 1 else (0.1, 0.1 * k - 0.4)
+        curve.points[-1].location = (0.8, 1.3)
+        curve.points.new(0.3, 0.9 - 0.2 * k)
+    mapping.use_clip = clip
+    if clip:
+        mapping.clip_min_y, mapping.clip_max_y = -0.2, 0.8
+    mapping.update()
+
+
+@pytest.fixture(scope="module")
+def answers():
+    """Case → Cycles' and our value."""
+    empty_scene()
+    materials = [shining(*case) for case in CASES]
+    table = {"A": np.zeros((3, cycles_nodes.SIDE**2), np.float32)}
+    for number, material in enumerate(materials):
+        sheet = cycles_nodes.sheet("Sheet", table, *cycles_nodes.place(number, len(CASES)))
+        sheet.data.materials.append(material)
+    picture = cycles_nodes.render(len(CASES))
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    images = ImageTable([])
+    compiled = compile_materials([export_material(m.evaluated_get(depsgraph), images) for m in materials])
+    found = {}
+    for number, case in enumerate(CASES):
+        value = compiled.batches[compiled.batch_of[number]].emission(NodeLanes(n=1, material=number))
+        ours = np.zeros(3) if value is None else np.broadcast_to(value, (3, 1))[:, 0]
+        found[case] = cycles_nodes.cut(picture, number, len(CASES))[:, 0], ours
+    return found
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: " ".join(str(part) for part in case))
+def test_a_curve_of_constants(case, answers):
+    theirs, ours = answers[case]
+    np.testing.assert_allclose(ours, theirs, rtol=1e-5, atol=1e-6)
+
+
+def test_folding_makes_a_difference(answers):
+    """Clipped or not, and wider than its points or not."""
+    values = {case: theirs for case, (theirs, _) in answers.items()}
+    assert all(np.ptp([values[c] for c in CASES if c[0] == kind]) > 1 for kind in KINDS)
