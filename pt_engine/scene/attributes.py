@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .geometry import Geometry
+from .packed_normals import packed
 from .snapshot import MeshData, Snapshot
 from .tangent_space import face_normals, tangent_space
-from .vertex_normals import unit_rows
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -193,10 +193,10 @@ def tangent_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:
         if uv is None:
             continue
         points = mesh.vertices[mesh.triangles]
+        normals = np.repeat(face_normals(points)[:, None], 3, axis=1)
         if mesh.normals is not None and mesh.normal_index is not None:
-            normals = unit_rows(mesh.normals.astype(np.float64)).astype(np.float32)[mesh.normal_index]
-        else:
-            normals = np.repeat(face_normals(points)[:, None], 3, axis=1)
+            smooth = packed(mesh.normals)[mesh.normal_index]
+            normals = smooth if mesh.flat is None else np.where(mesh.flat[:, None, None], normals, smooth)
         tangent, sign = tangent_space(points, normals, uv, around=not (name or mesh.active_uv))
         values = np.concatenate([tangent, sign[..., None]], axis=2).reshape(-1, 4)
         pick[m] = values, np.arange(len(values), dtype=np.int32).reshape(-1, 3)
