@@ -243,8 +243,8 @@ class Builder:
 
 @op(FLOAT)
 def grey(c: Float32) -> Float32:
-    """Luminance of linear Rec.709."""
-    y: Float32 = 0.21263901 * c[0] + 0.71516868 * c[1] + 0.07219232 * c[2]
+    """Luminance of linear Rec.709, with the digits that Cycles has."""
+    y: Float32 = 0.21263909 * c[0] + 0.71516913 * c[1] + 0.07219274 * c[2]
     return y
 
 

@@ -24,13 +24,19 @@ Stops = tuple[tuple[float, ...], ...]
 
 def ramp_table(mode: str, interpolation: str, stops: Stops, hue_mode: str = "NEAR") -> Float32:
     """(4, 257) RGBA of a ramp at positions k/256."""
-    at = np.linspace(0, 1, SAMPLES, dtype=np.float64)
+    return ramp_at(np.linspace(0, 1, SAMPLES, dtype=np.float64), mode, interpolation, stops, hue_mode)
+
+
+def ramp_at(
+    at: NDArray[np.float64], mode: str, interpolation: str, stops: Stops, hue_mode: str = "NEAR"
+) -> Float32:
+    """(4, n) RGBA of a ramp at positions (n,)."""
     if not stops:
-        return np.zeros((4, SAMPLES), np.float32)
+        return np.zeros((4, len(at)), np.float32)
     positions = np.array([s[0] for s in stops], np.float64)
     colors = np.array([s[1:5] for s in stops], np.float64).T
     if len(stops) == 1:
-        return np.repeat(colors, SAMPLES, axis=1).astype(np.float32)
+        return np.repeat(colors, len(at), axis=1).astype(np.float32)
     if mode in ("HSV", "HSL"):
         return _hue_table(mode, positions, colors, at, hue_mode).astype(np.float32)
     if interpolation == "CONSTANT":
@@ -165,12 +171,22 @@ def ramp(table: Table, smooth: bool, f: Float32) -> tuple[Float32, Float32]:
     return rgba[:3], rgba[3]
 
 
+@op(COLOR, FLOAT)
+def folded_ramp(ramp: tuple[Any, ...], f: Float32) -> tuple[Float32, Float32]:
+    """Colour and alpha of a ramp at a constant, as Blender folds it: without a table."""
+    rgba = ramp_at(f.astype(np.float64), *ramp)
+    return rgba[:3], rgba[3]
+
+
 @node("ValToRGB")
 def color_ramp_node(n: NodeView) -> Outputs:
     mode, interpolation, stops = n.prop("ramp", ("RGB", "LINEAR", ((0, 0, 0, 0, 1), (1, 1, 1, 1, 1))))
-    table = Table(ramp_table(mode, interpolation, stops, str(n.prop("ramp_hue", "NEAR"))))
-    smooth = interpolation != "CONSTANT"
-    color, alpha = n.calls(ramp, n.float("Fac", 0.5), static=(table, smooth))
+    settings = mode, interpolation, stops, str(n.prop("ramp_hue", "NEAR"))
+    if n.prop("folded", False):
+        color, alpha = n.calls(folded_ramp, n.float("Fac", 0.5), static=(settings,))
+    else:
+        static = Table(ramp_table(*settings)), interpolation != "CONSTANT"
+        color, alpha = n.calls(ramp, n.float("Fac", 0.5), static=static)
     return {"Color": color, "Alpha": alpha}
 
 

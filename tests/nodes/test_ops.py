@@ -87,7 +87,8 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
     "MixRGB": settings(blend_type=color_nodes.BLENDS, use_clamp=True),
     "SeparateColor": settings(mode=("RGB", "HSV", "HSL")),
     "CombineColor": settings(mode=("RGB", "HSV", "HSL")),
-    "ValToRGB": settings(ramp=RAMPS),
+    **dict.fromkeys(("Blackbody", "RGBToBW"), settings(folded=BOTH)),
+    "ValToRGB": settings(ramp=RAMPS, folded=BOTH),
     **dict.fromkeys(
         ("RGBCurve", "VectorCurve", "FloatCurve"),
         settings(curves=[CURVES], curve_extend=("HORIZONTAL", "EXTRAPOLATED"))

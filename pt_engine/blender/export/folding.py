@@ -22,6 +22,11 @@ NAMES = (
 )
 FOLDED = frozenset(NAMES.split())
 CURVES = "folded_curves"
+FOLDED_OTHERWISE = {
+    "Blackbody",
+    "RGBToBW",
+    "ValToRGB",
+}  # than Cycles computes them: where they are, `folded` says so
 CONVERSION = "(conversion to "  # begins the names of nodes that stand for a socket's conversion
 
 
@@ -43,7 +48,7 @@ class IfFolded(NamedTuple):
 def settled(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
     """Nodes, each after what feeds it, with every `Hidden` and `IfFolded` input and table decided."""
     depends = any(isinstance(v, Hidden | IfFolded) for node in nodes for v in node.inputs.values())
-    if not depends and not any(CURVES in node.props for node in nodes):
+    if not depends and not any(node.kind in FOLDED_OTHERWISE or CURVES in node.props for node in nodes):
         return nodes
     folded: list[bool] = []
     decided = []
@@ -52,14 +57,15 @@ def settled(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
         folds = folds and all(is_constant(value, folded) for value in node.inputs.values())
         folded.append(folds)
         inputs = {name: decide(value, folds, folded) for name, value in node.inputs.items()}
-        props = node.props if folds and BLENDER_5 else without_folded(node.props)
-        decided.append(replace(node, inputs=inputs, props=props))
+        decided.append(replace(node, inputs=inputs, props=settings(node, folds and BLENDER_5)))
     return tuple(decided)
 
 
-def without_folded(props: Mapping[str, object]) -> dict[str, object]:
-    """Settings without the tables that Blender alone looks into."""
-    return {name: value for name, value in props.items() if name not in (CURVES, "folded_clip")}
+def settings(node: Node, folds: bool) -> Mapping[str, object]:
+    """A node's settings and how Blender would fold it, if it does."""
+    if folds:
+        return {**node.props, "folded": True} if node.kind in FOLDED_OTHERWISE else node.props
+    return {name: value for name, value in node.props.items() if name not in (CURVES, "folded_clip")}
 
 
 def decide(value: object, folds: bool, folded: list[bool]) -> object:
