@@ -140,9 +140,12 @@ def tex_image(n: NodeView) -> Outputs:
 
 @op(COLOR, FLOAT, dear=True)
 def environment_map(texture: Texture, projection: str, direction: Float32) -> tuple[Float32, Float32]:
-    """An environment map in a direction."""
-    to_uv = environment.mirror_ball_uv if projection == "MIRROR_BALL" else environment.equirectangular_uv
-    return texture.sample(*to_uv(unit(direction)))
+    """An environment map in a direction; in none at all its corner, as in Cycles."""
+    if projection == "MIRROR_BALL":
+        return texture.sample(*environment.mirror_ball_uv(unit(direction)))
+    u, v = environment.equirectangular_uv(unit(direction))
+    some = (direction != 0).any(axis=0)
+    return texture.sample(u * some, v * some)
 
 
 @node("TexEnvironment")

@@ -4,7 +4,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 from support.bpy_nodes import BLENDER_5  # noqa: E402
-from support.seen_nodes import build, check  # noqa: E402
+from support.seen_nodes import build, check, picture  # noqa: E402
 
 TYPES = ("Float", "Int", "Bool", "Vector", "Color", "Shader")
 
@@ -121,6 +121,25 @@ def test_the_mapping_inside_a_texture(fields, kind, stage, tree):
     for name, value in (fields | {"vector_type": kind}).items():
         setattr(node.texture_mapping, name, value)
     shown(stage, tree, node.outputs["Color"])
+
+
+@pytest.mark.parametrize("kind", ["TexNoise", "TexGradient", "TexWave", "TexImage"])
+def test_the_mapping_inside_a_texture_that_blender_folds(kind, stage, tree):
+    """It is Cycles', so a folded texture has none; images are not folded."""
+    node = new(tree, kind, {"Vector": new(tree, "CombineXYZ", {0: 0.3, 1: 0.6, 2: 0.2}).outputs[0]})
+    for name, value in MOVED.items():
+        setattr(node.texture_mapping, name, value)
+    if kind == "TexImage":
+        node.image = picture()
+    shown(stage, tree, node.outputs["Color"])
+
+
+@pytest.mark.parametrize("smooth", [0.0, 0.5])
+def test_bricks_without_height(smooth, stage, tree):
+    """Rows of nothing are no number, unless no mortar asks how far it is."""
+    where = new(tree, "VectorMath", {0: new(tree, "TexCoord").outputs["Generated"], 1: (3, 3, 3)})
+    sizes = {"Vector": where.outputs[0], "Row Height": 0.0, "Mortar Smooth": smooth}
+    shown(stage, tree, new(tree, "TexBrick", sizes | {"Mortar": (0.9, 0.5, 0.2, 1.0)}).outputs["Color"])
 
 
 def reroute(tree):

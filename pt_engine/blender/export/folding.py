@@ -1,4 +1,4 @@
-"""What depends on whether Blender folds a node: hidden values, conversions on the way, tables of curves.
+"""What depends on whether Blender folds a node: hidden values, conversions on the way, how it is computed.
 
 Blender 5 folds a node whose inputs are all constants before it hands a tree to Cycles, and then a hidden
 value is a constant like any other: a Noise in a group whose hidden Vector is unlinked is flat, at (0, 0, 0).
@@ -21,7 +21,8 @@ NAMES = (
     "Value VectorCurve VectorMath VectorRotate"
 )
 FOLDED = frozenset(NAMES.split())
-CURVES = "folded_curves"
+CURVES, MAPPING = "folded_curves", "texture_mapping"
+IN_ONE_WAY = {CURVES, MAPPING}  # settings that only Blender or only Cycles looks at
 FOLDED_OTHERWISE = {
     "Blackbody",
     "RGBToBW",
@@ -48,7 +49,9 @@ class IfFolded(NamedTuple):
 def settled(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
     """Nodes, each after what feeds it, with every `Hidden` and `IfFolded` input and table decided."""
     depends = any(isinstance(v, Hidden | IfFolded) for node in nodes for v in node.inputs.values())
-    if not depends and not any(node.kind in FOLDED_OTHERWISE or CURVES in node.props for node in nodes):
+    if not depends and not any(
+        node.kind in FOLDED_OTHERWISE or IN_ONE_WAY & node.props.keys() for node in nodes
+    ):
         return nodes
     folded: list[bool] = []
     decided = []
@@ -62,10 +65,11 @@ def settled(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
 
 
 def settings(node: Node, folds: bool) -> Mapping[str, object]:
-    """A node's settings and how Blender would fold it, if it does."""
-    if folds:
-        return {**node.props, "folded": True} if node.kind in FOLDED_OTHERWISE else node.props
-    return {name: value for name, value in node.props.items() if name not in (CURVES, "folded_clip")}
+    """A node's settings and how Blender folds it, if it does: the texture mapping is Cycles' alone."""
+    if not folds:
+        return {name: value for name, value in node.props.items() if name not in (CURVES, "folded_clip")}
+    own = {name: value for name, value in node.props.items() if name != MAPPING}
+    return own | {"folded": True} if node.kind in FOLDED_OTHERWISE else own
 
 
 def decide(value: object, folds: bool, folded: list[bool]) -> object:
