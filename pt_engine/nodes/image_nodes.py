@@ -104,8 +104,11 @@ PROJECTIONS = {"FLAT": image_flat, "SPHERE": image_sphere, "TUBE": image_tube}
 
 
 def missing(n: NodeView, problem: str) -> Outputs:
-    """Blender's magenta."""
-    n.ignored(f"{problem}: magenta")
+    """Blender's magenta; where a node has no image at all that is what it says."""
+    if n.node.props.get("image") is None:
+        n.exact(f"{problem}: magenta, as in Cycles")
+    else:
+        n.ignored(f"{problem}: magenta")
     return {"Color": n.constant(MISSING, COLOR), "Alpha": n.constant(1.0, FLOAT)}
 
 

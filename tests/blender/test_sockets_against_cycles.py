@@ -134,6 +134,11 @@ def test_the_mapping_inside_a_texture_that_blender_folds(kind, stage, tree):
     shown(stage, tree, node.outputs["Color"])
 
 
+@pytest.mark.parametrize("output", ["Color", "Alpha"])
+def test_an_image_node_without_an_image(output, stage, tree):
+    shown(stage, tree, new(tree, "TexImage").outputs[output])
+
+
 @pytest.mark.parametrize("smooth", [0.0, 0.5])
 def test_bricks_without_height(smooth, stage, tree):
     """Rows of nothing are no number, unless no mortar asks how far it is."""
