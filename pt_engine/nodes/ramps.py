@@ -71,13 +71,17 @@ def _spline_table(
 ) -> NDArray[np.float64]:
     """Cubic through (CARDINAL, tension 0.71) or near (B_SPLINE) the stops.
 
-    The first colour also stands at 0 and the last at 1, so that the curve goes on to both ends.
+    The first colour also stands at 0 and the last at 1, so that the curve goes on to both ends. Where such a
+    stretch has no length, the curve is at the stop.
     """
+    left = np.searchsorted(positions, at, side="right")
+    right, last = left + 1, len(positions) + 1
     positions = np.concatenate([[0.0], positions, [1.0]])
     colors = np.concatenate([colors[:, :1], colors, colors[:, -1:]], axis=1)
-    left, right, t = _span(positions, at)
-    last = len(positions) - 1
     before, after = np.maximum(left - 1, 0), np.minimum(right + 1, last)
+    width = positions[right] - positions[left]
+    some = width != 0
+    t = np.where(some, np.clip((at - positions[left]) / np.where(some, width, 1), 0, 1), right < last)
     if kind == "CARDINAL":
         f = 0.71
         weights = (
