@@ -42,7 +42,7 @@ def shown(stage, tree, output, socket="Color"):
 
 
 def sources(tree):
-    """By name: colours, vectors and numbers that vary, and two that Blender folds."""
+    """By name: colours, vectors and numbers that vary, and three that Blender folds."""
     generated = new(tree, "TexCoord").outputs["Generated"]
     parts = {0: 0.3, 1: 1.6, 2: 2.9}
     return {
@@ -50,6 +50,7 @@ def sources(tree):
         "vector": lambda: new(tree, "VectorMath", {0: generated, 1: (2, 3, -1.5)}).outputs[0],
         "number": lambda: new(tree, "Math", {0: generated, 1: 2.7}, operation="MULTIPLY").outputs[0],
         "folded vector": lambda: new(tree, "CombineXYZ", parts).outputs[0],
+        "folded below": lambda: new(tree, "CombineXYZ", {0: 0.3, 1: -1.6, 2: 0.2}).outputs[0],
         "folded number": lambda: new(tree, "Math", {0: 1.7, 1: 0.6}, operation="ADD").outputs[0],
     }
 
@@ -66,7 +67,7 @@ def through(tree, output, way):
 
 @pytest.mark.skipif(not BLENDER_5, reason="before Blender 5 every group's socket converts")
 @pytest.mark.parametrize("kind", TYPES)
-@pytest.mark.parametrize("source", ["colour", "vector", "number", "folded vector", "folded number"])
+@pytest.mark.parametrize("source", ["colour", "vector", "number", "folded vector", "folded below", "folded number"])
 def test_groups_convert_what_blender_folds_and_hand_on_links_as_they_are(source, kind, stage, tree):
     """Behind each second socket: once as a colour, once as a number."""
     output = sources(tree)[source]()
