@@ -7,6 +7,7 @@ from support.bpy_nodes import BLENDER_5  # noqa: E402
 from support.seen_nodes import build, check, picture  # noqa: E402
 
 TYPES = ("Float", "Int", "Bool", "Vector", "Color", "Shader")
+FOLDED = ("folded vector", "folded below", "folded number")
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +68,7 @@ def through(tree, output, way):
 
 @pytest.mark.skipif(not BLENDER_5, reason="before Blender 5 every group's socket converts")
 @pytest.mark.parametrize("kind", TYPES)
-@pytest.mark.parametrize("source", ["colour", "vector", "number", "folded vector", "folded below", "folded number"])
+@pytest.mark.parametrize("source", ["colour", "vector", "number", *FOLDED])
 def test_groups_convert_what_blender_folds_and_hand_on_links_as_they_are(source, kind, stage, tree):
     """Behind each second socket: once as a colour, once as a number."""
     output = sources(tree)[source]()
