@@ -50,7 +50,7 @@ class Layer:
         for corner, index in zip(found, self.index, strict=True):
             place = index.take(column).astype(np.intp)
             for row, values in zip(corner, self.values, strict=True):  # quicker than rows, to be turned round
-                values.take(place, out=row, mode="clip")
+                values.take(place, out=row, mode="wrap")
         a, b, c = found
         return a, b, c
 
