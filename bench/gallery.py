@@ -31,6 +31,7 @@ from .shapes import MODELS, RR_DEPTH
 LADDER = ("direct_bsdf", "direct_emitter", "direct_mis", "path_fixed", "path_active", "path")
 LADDER_SCENES = ("S2", "room")
 SEEDS = 3
+LONGER = 20  # than each run a reference takes
 HEADER = """# Gallery
 
 Made by `python -m bench gallery`; not edited by hand. One core. Seconds are of that core; peers' are of so
@@ -46,7 +47,7 @@ def gallery(folder: Path, names: tuple[str, ...], seconds: float, peers: bool, t
     folder : Path
         For the scenes and for what was measured, which is not measured again for the same `seconds`.
     seconds : float
-        Of a core, for each run; the references take six times as much.
+        Of a core, for each run; the references take `LONGER` times as much.
     """
     pictures = target / "gallery"
     pictures.mkdir(parents=True, exist_ok=True)
@@ -76,7 +77,7 @@ def measured(name: str, blend: Path, seconds: float, peers: bool) -> dict[str, A
         return known
     print(name, file=sys.stderr, flush=True)
     scene, settings = prepare(load_snapshot(blend.with_suffix(".snapshot"))), settings_of(name)
-    reference = made(scene, settings, 0.0, 6 * seconds)
+    reference = made(scene, settings, 0.0, LONGER * seconds)
     lines = convergence(scene, settings, reference, seconds)
     if peers:
         lines |= of_peers(blend, reference.picture, folder, seconds)

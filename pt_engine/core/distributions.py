@@ -178,7 +178,7 @@ def _draw(
     rest -= bucket
     np.minimum(rest, number(ONE_BELOW), out=rest)
     index = bucket.astype(np.int32)
-    entry = table.take(index + first, mode="clip").view(np.uint32).reshape(-1, 2)
+    entry = table.take(index + first, mode="wrap").view(np.uint32).reshape(-1, 2)
     keep = np.ascontiguousarray(entry[:, 0]).view(np.float32)
     alias = entry[:, 1].view(np.int32)
     other = rest >= keep

@@ -79,9 +79,9 @@ class FilterTable:
         scaled = u * np.float32(STEPS - 1)
         index = np.minimum(scaled.astype(np.intp), STEPS - 2)
         scaled -= index.astype(np.float32)
-        offset: Float32 = self._slope.take(index, mode="clip")
+        offset: Float32 = self._slope.take(index, mode="wrap")
         offset *= scaled
-        offset += self.table.take(index, mode="clip")
+        offset += self.table.take(index, mode="wrap")
         return offset
 
 

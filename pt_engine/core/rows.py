@@ -49,7 +49,7 @@ class Rows:
 
     def take(self, index: NDArray[np.intp]) -> Self:
         """The lanes at `index`, in that order, in a new contiguous buffer."""
-        return type(self)(self.data.take(index, axis=1, mode="clip"))
+        return type(self)(self.data.take(index, axis=1, mode="wrap"))
 
     def part(self, span: slice) -> Self:
         """A view of consecutive lanes."""
@@ -85,9 +85,9 @@ def scatter_add(target: NDArray[Any], lanes: NDArray[np.integer], values: NDArra
     """target[:, lanes] += values for lanes that are all different, row by row."""
     lanes = lanes.astype(np.intp, copy=False)
     for row, value in zip(target, values, strict=True):
-        row[lanes] = row.take(lanes, mode="clip") + value
+        row[lanes] = row.take(lanes, mode="wrap") + value
 
 
 def columns(rows: NDArray[Any], where: slice | NDArray[np.integer]) -> NDArray[Any]:
     """rows[:, where]: numpy's indexing of two dimensions takes three times as long as a take."""
-    return rows[:, where] if isinstance(where, slice) else rows.take(where, axis=1)
+    return rows[:, where] if isinstance(where, slice) else rows.take(where, axis=1, mode="wrap")

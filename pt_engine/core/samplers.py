@@ -229,7 +229,7 @@ class SobolStream:
     def _put_points(self, dimension: int, out: UInt32) -> None:
         sampler = self._sampler
         if self._one_block:
-            sampler.block(dimension, self._block).take(self._index, out=out, mode="clip")
+            sampler.block(dimension, self._block).take(self._index, out=out, mode="wrap")
         else:
             out[:] = sampler.points(dimension, self._sample, self._group)
 

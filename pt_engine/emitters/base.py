@@ -144,7 +144,7 @@ def scalars(values: Sequence[float] | Float64) -> Float32:
 
 def at(table: Float32, row: Index | None) -> Float32:
     """Columns of a table, one per lane; the table itself, to broadcast, if it has a single column."""
-    return table if row is None else table.take(row, axis=-1, mode="clip")
+    return table if row is None else table.take(row, axis=-1, mode="wrap")
 
 
 def one(table: Float32, row: int | Index) -> Float32:

@@ -20,6 +20,7 @@ from .lattice import SIZES, Index
 
 Float32 = NDArray[np.float32]
 UInt32 = NDArray[np.uint32]
+UInt64 = NDArray[np.uint64]
 
 FEW: Final = 2048  # lanes beside which a grid's calls cost more than it spares
 DEAR: Final = 2.5  # times as much as a point of a grid the eight corners of a lane cost
@@ -47,23 +48,27 @@ class Grid:
         self._hash = hashes.reshape(-1)
         self._stride = [math.prod(count[:axis]) for axis in range(self.dimension)]
         self._first = np.array(first, np.float32)[:, None]
-        self._cells: dict[tuple[int, ...], NDArray[Any]] = {}
+        self._cells: dict[tuple[int, ...], UInt64] = {}
+        # a word of a cell's hashes; those of two lanes are put together bit by bit
+        self._in_word = 8 // hashes.itemsize
+        self._bits, self._mask = np.uint64(size.bit_length() - 1), np.uint64((1 << 8 * hashes.itemsize) - 1)
+        self._shifts = (8 * hashes.itemsize * np.arange(self._in_word, dtype=np.uint64))[:, None]
 
     @property
     def nbytes(self) -> int:
         """What its points and cells take."""
         return self._hash.nbytes * (1 + (1 << self.dimension))
 
-    def cells(self, active: tuple[int, ...]) -> NDArray[Any]:
-        """(points, corners) hashes of the corners of the cell that begins at each point."""
+    def cells(self, active: tuple[int, ...]) -> UInt64:
+        """(points, words) hashes of the corners of the cell that begins at each point, the first lowest."""
         if active not in self._cells:
             strides = [self._stride[axis] for axis in active]
             corners = list(itertools.product((0, 1), repeat=len(active)))
-            table = np.zeros((len(self._hash), len(corners)), self._hash.dtype)
+            table = np.zeros((len(self._hash), max(len(corners), self._in_word)), self._hash.dtype)
             for k, corner in enumerate(corners):
                 step = sum(itertools.compress(strides, corner))
                 table[: len(table) - step, k] = self._hash[step:]
-            self._cells[active] = table
+            self._cells[active] = table.view(np.uint64)
         return self._cells[active]
 
     def pairs(self, low: Float32, active: tuple[int, ...], index: Index) -> None:
@@ -73,11 +78,12 @@ class Grid:
         for row, stride in zip(steps[1:], self._stride[1:], strict=True):
             row *= np.float32(stride)
             place += row  # exact: a grid has less than 2²⁴ points
-        found = self.cells(active).take(place.astype(np.intp), axis=0, mode="clip")
-        whole = found.view(f"u{min(found.shape[1] * found.itemsize, 8)}").reshape(len(found) // 2, 2, -1)
-        bits = whole.dtype.type(SIZES[self.dimension].bit_length() - 1)
-        pair = whole[:, 0] | whole[:, 1] << bits
-        index.reshape(-1, index.shape[-1])[:] = pair.view(found.dtype).T
+        found = self.cells(active).take(place.astype(np.intp), axis=0, mode="wrap")
+        pair = found[1::2] << self._bits
+        pair |= found[::2]
+        where = index.view(np.uint64).reshape(found.shape[1], -1, len(pair))
+        np.right_shift(pair.T[:, None], self._shifts[: where.shape[1]], where)
+        np.bitwise_and(where, self._mask, where)
 
 
 def points_of(lines: Sequence[NDArray[np.int32]]) -> list[UInt32]:

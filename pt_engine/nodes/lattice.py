@@ -8,7 +8,7 @@ hashing every lane's corners, or, where many lanes share few cells, hashing the 
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ from .hashes import SEED, hash_uints
 Float32 = NDArray[np.float32]
 UInt32 = NDArray[np.uint32]
 Index = NDArray[np.intp]  # what `take` takes without a copy
+Step = tuple[np.ufunc, NDArray[Any], NDArray[Any], NDArray[Any]]  # of two numbers, and where the result goes
+Turned = dict[tuple[int, ...], tuple[UInt32, UInt32]]  # by shape, room for the parts of rotated numbers
 
 SIZES: Final = {1: 16, 2: 8, 3: 16, 4: 32}  # gradients to choose from, by dimension
 NUMBER: Final = [np.array(k, np.uint32) for k in range(32)]  # ufuncs take arrays faster than numbers
@@ -47,12 +49,24 @@ class Hashes:
         for k, axis in enumerate(active):
             self.keys[axis] = self.corners[:, axis].reshape(*along(k, axes), n)
         self.three = [*self.keys, self.start, self.start][:3]
-        _, y, z = self.three
+        x, y, z = self.three
         self.first = memory.array(np.broadcast_shapes(y.shape, z.shape), np.uint32)
-        self.turned = {y.shape: halves(spare, y.shape) for y in (y, self.first, self.a)}
+        turned = {shape: halves(spare, shape) for shape in (y.shape, self.first.shape, self.a.shape)}
         # with bytes one up the next 8 bits come to lie on the lowest ones, without a shift
-        self.last, self.next = (bits.reshape(-1).view(np.uint8) for bits in (self.c, self.b))
-        self.last, self.next = self.last[:-1], self.next[1:]
+        last, next_ = (bits.reshape(-1).view(np.uint8) for bits in (self.c, self.b))
+        first, a, b, c = self.first, self.a, self.b, self.c
+        self.steps: list[Step] = [
+            *mixed(z, y, 14, first, turned),
+            *mixed(x, first, 11, a, turned),
+            *mixed(y, a, 25, b, turned),
+            *mixed(first, b, 16, c, turned),
+            *mixed(a, c, 4, a, turned),
+            (np.bitwise_xor, b, a, b),
+            (np.right_shift, a, NUMBER[18], a),
+            (np.subtract, b, a, b),
+            (np.bitwise_xor, c, b, c),
+            (np.subtract, last[:-1], next_[1:], last[:-1]),  # c −= b >> 8
+        ]
         flat = spare.reshape(-1).view(np.uint8)[: spare.size]
         self.bytes, self.packed = flat.reshape(spare.shape), flat.view(np.uint32)
         self.mask = np.array(0x01010101 * (SIZES[dimension] - 1), np.uint32)
@@ -74,32 +88,22 @@ class Hashes:
         near, far = self.corners
         np.add(cell, self.start, near)
         np.add(near, NUMBER[1], far)
-        x, y, z = self.three
-        first, a, b = self.first, self.a, self.b
+        for ufunc, x, y, out in self.steps:
+            ufunc(x, y, out)
         c: UInt32 = self.c
-        self._step(z, y, 14, first)
-        self._step(x, first, 11, a)
-        self._step(y, a, 25, b)
-        self._step(first, b, 16, c)
-        self._step(a, c, 4, a)
-        b ^= a
-        a >>= NUMBER[18]
-        b -= a
-        c ^= b
-        np.subtract(self.last, self.next, self.last)  # c −= b >> 8
         return c
 
-    def _step(self, x: UInt32, y: UInt32, k: int, out: UInt32) -> None:
-        """(x ^ y) − (y rotated left by k), which is put together first where y has few corners."""
-        left, right = self.turned[y.shape]
-        np.bitwise_xor(x, y, out)
-        np.left_shift(y, NUMBER[k], left)
-        if left is right:
-            out -= left
-        np.right_shift(y, NUMBER[32 - k], right)
-        if left is not right:
-            left |= right
-        out -= left
+
+def mixed(x: UInt32, y: UInt32, k: int, out: UInt32, turned: Turned) -> list[Step]:
+    """(x ^ y) − (y rotated left by k), which is put together first where y has few corners."""
+    left, right = turned[y.shape]
+    steps: list[Step] = [(np.bitwise_xor, x, y, out), (np.left_shift, y, NUMBER[k], left)]
+    if left is right:
+        steps.append((np.subtract, out, left, out))
+    steps.append((np.right_shift, y, NUMBER[32 - k], right))
+    if left is not right:
+        steps.append((np.bitwise_or, left, right, left))
+    return [*steps, (np.subtract, out, left, out)]
 
 
 def halves(room: UInt32, shape: tuple[int, ...]) -> tuple[UInt32, UInt32]:

@@ -106,7 +106,7 @@ def scaled_noises(point: Point, lacunarity: Float32, count: int) -> Iterator[Flo
         factors = np.stack(some if some[0].size == some[-1].size else np.broadcast_arrays(*some))
         for row, p in zip(wide, point, strict=True):
             np.multiply(p, factors, out=row)
-        yield from signed_noise(list(wide.reshape(len(point), -1))).reshape(len(some), size)
+        yield from signed_noise(wide.reshape(len(point), -1)).reshape(len(some), size)
 
 
 def _normalized(total: Float32, reach: Float32, normalize: bool) -> Float32:

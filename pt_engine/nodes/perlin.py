@@ -9,6 +9,7 @@ two lanes at a time.
 
 from __future__ import annotations
 
+import itertools
 import math
 import threading
 from collections.abc import Sequence
@@ -22,10 +23,10 @@ from .grids import FEW, GRIDS, Grid
 from .lattice import SIZES, Hashes, along
 
 Float32 = NDArray[np.float32]
-Point = Sequence[Float32]
+Point = Sequence[Float32] | Float32
 Ends = tuple[float, float]
+Axes = tuple[int, ...]
 
-SCALE: Final = (0.25, 0.6616, 0.9820, 0.8344)  # to about [-1, 1], by dimension
 PERIOD: Final = 100000.0
 COARSE: Final = np.float32(1000000)  # from here on points are taken half a step off
 MANY_PERIODS: Final = 5000 * PERIOD  # float32 holds all multiples of the period up to here
@@ -33,7 +34,10 @@ HUGE: Final = 1e15  # below it a float64 holds every multiple of the period exac
 KEPT: Final = 4  # blocks' buffers
 BLOCK: Final = 65536  # corners at a time: few calls, and some arrays of them still fit a core's cache
 SPACE: Final = 48 * BLOCK  # bytes that are enough for the buffers of the largest block
-ONE, SIX, TEN, FIFTEEN = (np.array(k, np.float32) for k in (1, 6, 10, 15))
+LINE: Final = 16  # lanes in a line of cache: rows that begin with one are read faster
+ZERO, ONE, SIX, TEN, FIFTEEN = (np.array(k, np.float32) for k in (0, 1, 6, 10, 15))
+# to about [−1, 1], by dimension
+FACTORS: Final = {d: np.array(k, np.float32) for d, k in enumerate((0.25, 0.6616, 0.9820, 0.8344), 1)}
 
 
 def _gradients(dimension: int) -> Float32:
@@ -76,25 +80,27 @@ class Cloud(NamedTuple):
 
     Attributes
     ----------
-    rows : sequence of (n,) or (1,) float32
+    rows : (dimension, n) float32
         Coordinates by axis.
-    size : int
-        n.
     bounds : (dimension, 2) float32
         Between which they lie.
     """
 
-    rows: Point
-    size: int
+    rows: Float32
     bounds: Float32
 
     @classmethod
     def of(cls, point: Point) -> Cloud:
         """The cloud of a point's lanes."""
-        size = max(p.shape[-1] for p in point)
-        if size == 0:
-            return cls(point, 0, np.zeros((len(point), 2), np.float32))
-        return cls(point, size, np.array([(np.min(p), np.max(p)) for p in point]))
+        rows = point if isinstance(point, np.ndarray) else np.stack(np.broadcast_arrays(*point))
+        if rows.size == 0:
+            return cls(rows, np.zeros((len(rows), 2), np.float32))
+        return cls(rows, np.stack((rows.min(axis=1), rows.max(axis=1)), axis=1))
+
+    @property
+    def size(self) -> int:
+        """n."""
+        return int(self.rows.shape[1])
 
     def ends(self, scale: Float32) -> list[Ends]:
         """By axis between which coordinates the points times a number lie; rounding keeps their order."""
@@ -108,36 +114,38 @@ def signed_noise(point: Point) -> Float32:
 
 def scaled_noise(cloud: Cloud, scale: Float32) -> Float32:
     """`signed_noise` of a cloud's points times a number (1,)."""
-    dimension, size = len(cloud.rows), cloud.size
+    dimension, size = cloud.rows.shape
     out = np.empty(size, np.float32)
     if size == 0:
         return out
     ends = cloud.ends(scale)
     shift, grid = _common_shift(ends), None
-    if shift is not None and size >= FEW:
-        if any(turned for turned, _ in shift):
+    if shift is not None:
+        turned = any(turns for turns, _ in shift)
+        if turned:
             ends = _shifted(np.array(ends, np.float32), shift).tolist()
-        grid = GRIDS.around([math.floor(a) for a, _ in ends], [math.floor(b) + 1 for _, b in ends], size)
+        if size >= FEW:
+            grid = GRIDS.around([math.floor(a) for a, _ in ends], [math.floor(b) + 1 for _, b in ends], size)
     count = -(-(size << dimension) // BLOCK)
     n = -(-size // count)
-    m = n + n % 2  # lanes go in pairs
+    m = -(-n // LINE) * LINE
     point, low = ROOM.rows(dimension, m)
-    point[:, n:] = 0
     every = (*range(dimension),)
+    still = tuple(itertools.compress(every, (a == b for a, b in ends)))
     for k in range(count):
         start = min(k * n, size - n)  # all blocks are of one size; the last overlaps the one before
-        for row, p in zip(point, cloud.rows, strict=True):
-            np.multiply(p[start : start + n] if p.shape[-1] > 1 else p, scale, row[:n])
+        np.multiply(cloud.rows[:, start : start + n], scale, point[:, :n])
+        point[:, n:] = point[:, :1]  # where it is in the grid, too
         if shift is None:
             point[:] = _periodic(point)
-        else:
+        elif turned:
             _shifted(point, shift)
         np.floor(point, low)
         off = point[:, 0] != low[:, 0]  # mostly one lane tells
         active = every if off.all() else (*np.flatnonzero((point != low).any(axis=1)).tolist(),)
-        found = ROOM.block(dimension, active, m).blend(point, low, grid)
-        np.multiply(found[:n], np.float32(SCALE[dimension - 1]), out=out[start : start + n])
-    out += np.float32(0)  # of two zeros always the positive one, whichever corners were left out
+        found = ROOM.block(dimension, active, still, m).blend(point, low, grid)
+        np.multiply(found[:n], FACTORS[dimension], out[start : start + n])
+    out += ZERO  # of two zeros always the positive one, whichever corners were left out
     return out
 
 
@@ -186,16 +194,16 @@ class Room(threading.local):
 
     def __init__(self) -> None:
         self._memory = in_large_pages(SPACE)
-        self._blocks: dict[tuple[int, tuple[int, ...], int], Block] = {}
+        self._blocks: dict[tuple[int, Axes, Axes, int], Block] = {}
 
     def rows(self, dimension: int, n: int) -> Float32:
         """(2, dimension, n) for a block's points and the cells where they are."""
         rows: Float32 = Memory(self._memory).array((2, dimension, n), np.float32)
         return rows
 
-    def block(self, dimension: int, active: tuple[int, ...], n: int) -> Block:
+    def block(self, dimension: int, active: Axes, still: Axes, n: int) -> Block:
         """The buffers for such a block beside its `rows`, among the last few that were asked for."""
-        key = dimension, active, n
+        key = dimension, active, still, n
         block = self._blocks.pop(key, None)
         if block is None:
             memory = Memory(self._memory)
@@ -211,7 +219,8 @@ class Block:
     """Where the noise of a block of lanes is worked out.
 
     An axis on which all lanes lie on lattice points (z of a uv map) has no far corners and no slope. Each of
-    the others has an array dimension for its two corners, the first axis the outermost.
+    the others has an array dimension for its two corners, the first axis the outermost. One on which all
+    lanes are at one place (z of a uv map that was moved) has the same distances and weights for all.
 
     Parameters
     ----------
@@ -221,11 +230,13 @@ class Block:
         1 to 4.
     active : tuple of int
         Axes that are not on lattice points everywhere.
+    still : tuple of int
+        Axes on which all lanes are at one place.
     n : int
         Number of lanes, even.
     """
 
-    def __init__(self, memory: Memory, dimension: int, active: tuple[int, ...], n: int) -> None:
+    def __init__(self, memory: Memory, dimension: int, active: Axes, still: Axes, n: int) -> None:
         self.dimension, self.active, self.n = dimension, active, n
         axes = len(active)
         if axes == 0:
@@ -235,11 +246,16 @@ class Block:
         self.hashes = Hashes(dimension, active, work, memory)
         self.pairs, self.index = work[:2].view(np.complex64), work[2].view(np.intp)
         self.slopes, self.term = work[:2].view(np.float32)
-        self.sides = memory.array((2, axes, n), np.float32)  # distances from the near and the far corners
-        self.offsets = [self.sides[:, k].reshape(*along(k, axes), n) for k in range(axes)]
-        self.fade, self.cube = memory.array((2, axes, n), np.float32)
-        self.halves, numbers = [], self.slopes
-        for fade in self.fade:
+        own = [axis for axis in active if axis not in still]
+        self.kinds = [
+            Distances(memory, rows, size)
+            for rows, size in ((own, n), ([axis for axis in active if axis in still], 1))
+            if rows
+        ]
+        self.offsets, self.halves, numbers = [], [], self.slopes
+        for k, axis in enumerate(active):
+            sides, fade = next(kind.of(axis) for kind in self.kinds if axis in kind.axes)
+            self.offsets.append(sides.reshape(*along(k, axes), -1))
             near, numbers = numbers
             self.halves.append((near, numbers, fade))
 
@@ -252,10 +268,11 @@ class Block:
             self.hashes.pairs(low, self.index)
         else:
             grid.pairs(low, self.active, self.index)
-        self._place(point, low)
+        for kind in self.kinds:
+            kind.measure(point, low)
         numbers, more = self.slopes, self.term
         for k, (axis, offset) in enumerate(zip(self.active, self.offsets, strict=True)):
-            table[axis].take(self.index, out=self.pairs[min(k, 1)], mode="clip")
+            table[axis].take(self.index, out=self.pairs[min(k, 1)], mode="wrap")
             if k:
                 more *= offset
                 numbers += more
@@ -268,12 +285,31 @@ class Block:
         blended: Float32 = numbers
         return blended
 
-    def _place(self, point: Float32, low: Float32) -> None:
-        """Distances from the corners, and the weights of the far ones: 6t⁵ − 15t⁴ + 10t³."""
-        if len(self.active) < self.dimension:
-            point, low = point[list(self.active)], low[list(self.active)]
+
+class Distances:
+    """How far lanes are from the corners of their cells along some axes, and the weights of the far ones.
+
+    Attributes
+    ----------
+    axes : list of int
+    """
+
+    def __init__(self, memory: Memory, axes: list[int], lanes: int) -> None:
+        self.axes = axes
+        self.rows = slice(axes[0], axes[-1] + 1) if axes[-1] - axes[0] < len(axes) else axes
+        self.sides = memory.array((2, len(axes), lanes), np.float32)
+        self.fade, self.cube = memory.array((2, len(axes), lanes), np.float32)
+
+    def of(self, axis: int) -> tuple[Float32, Float32]:
+        """Distances from the near and the far corners (2, n), and the weights (n,), on an axis."""
+        k = self.axes.index(axis)
+        return self.sides[:, k], self.fade[k]
+
+    def measure(self, point: Float32, low: Float32) -> None:
+        """Of points in the cells that begin at `low`; weights are 6t⁵ − 15t⁴ + 10t³."""
         (near, far), fade, cube = self.sides, self.fade, self.cube
-        np.subtract(point, low, near)
+        lanes = near.shape[1]
+        np.subtract(point[self.rows, :lanes], low[self.rows, :lanes], near)
         np.multiply(near, SIX, fade)
         fade -= FIFTEEN
         fade *= near

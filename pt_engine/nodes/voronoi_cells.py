@@ -185,7 +185,7 @@ class Nearest:
 
     def of(self, values: list[Float32]) -> list[Float32]:
         """The chosen ones of (K, n) arrays."""
-        return [v.take(self.index, mode="clip") * self.found for v in values]
+        return [v.take(self.index, mode="wrap") * self.found for v in values]
 
     def offset(self, cells: Sequence[Int32]) -> list[Int32]:
         """The chosen cell's offset along each axis, of cells given as for `Cells.points_at`."""

@@ -44,7 +44,7 @@ class CellGrid:
         """The points, in [0, 1], of the cells `offset` away from those that lanes are in."""
         steps = [n - np.int32(first) for n, first in zip(number, self._first, strict=True)]
         place = self._place(steps) + self._place(offset)
-        return [axis.take(place, mode="clip") for axis in self._points]
+        return [axis.take(place, mode="wrap") for axis in self._points]
 
     def _place(self, steps: Sequence[Int32]) -> Index:
         """How far in the table so many steps along each axis are."""

@@ -63,8 +63,8 @@ class Wavefront:
         return (path if alive == path.size and len(spans) == 1 else path.take(order)), order, spans
 
     def _keep(self, path: PathState, ended: NDArray[np.intp]) -> None:
-        slots = path.slot.take(ended, mode="clip")
-        scatter(self._radiance, slots, path.L.take(ended, axis=1, mode="clip"))
+        slots = path.slot.take(ended, mode="wrap")
+        scatter(self._radiance, slots, path.L.take(ended, axis=1, mode="wrap"))
 
     @stage("bsdf")
     def advance(self, path: PathState, si: Surface, to: Scattered, u: Float32 | None) -> Rays:

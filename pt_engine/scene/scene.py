@@ -120,6 +120,7 @@ class Scene:
         """The same scene for an image of this size: how fine shading has to look (Bump's steps)."""
         scene, data = copy.copy(self), self.camera.data
         scene.camera = self.camera.at_resolution(width, height)
+        scene.view = self.view.with_pixels(width, height)
         if data.kind == "PERSP":
             scene.pixel_angle = (data.frame[1] - data.frame[0]) / width
         elif data.kind == "PANO":
@@ -238,7 +239,7 @@ class Scene:
     @stage("surface")
     def surface(self, rays: Rays, found: Intersection, lanes: NDArray[np.intp]) -> Surface:
         """The hit points of some lanes, in the order of `lanes`."""
-        o, d = (row.take(lanes, axis=1, mode="clip") for row in (rays.o, rays.d))
+        o, d = (row.take(lanes, axis=1, mode="wrap") for row in (rays.o, rays.d))
         return Surface(self.geometry, found.hits, lanes, o, d, found.surface)
 
     @stage("surface")
@@ -246,7 +247,7 @@ class Scene:
         """Each lane's group number; `dead` where the ray left the scene or the surface only emits."""
         if self.dead == 1:
             return self._ends.has(found.surface).view(np.uint8)
-        group: BatchNumbers = self._group_of_surface.take(found.surface, mode="clip")
+        group: BatchNumbers = self._group_of_surface.take(found.surface, mode="wrap")
         return group
 
     # ------------------------------------------------------------------ emission found by a ray

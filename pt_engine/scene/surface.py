@@ -47,7 +47,7 @@ class Surface:
     ) -> None:
         self._geometry, self._hits, self._lanes, self._surface = geometry, hits, lanes, surface
         self.size = len(lanes)
-        self.prim = hits.prim.take(lanes, mode="clip")
+        self.prim = hits.prim.take(lanes, mode="wrap")
         self._instance = None if hits.instance is None else hits.instance.take(lanes)
         record = geometry.planes(self.prim, self._instance)
         self.wi = -d
@@ -119,7 +119,7 @@ class Surface:
     @property
     def t(self) -> Float32:
         """(N,) ray length."""
-        return self._hits.t.take(self._lanes, mode="clip")
+        return self._hits.t.take(self._lanes, mode="wrap")
 
     _above: Float32 | None = None
     moved_uv: tuple[Float32, Float32] | None = None  # set where the points were moved along their faces
@@ -139,7 +139,7 @@ class Surface:
         """(N,) `Geometry.surface_material` row."""
         if self._surface is None:
             return self._geometry.surface.take(self.prim)
-        return self._surface.take(self._lanes, mode="clip")
+        return self._surface.take(self._lanes, mode="wrap")
 
     @property
     def instance(self) -> Int32:

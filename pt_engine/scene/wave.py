@@ -38,7 +38,7 @@ class Rays(NamedTuple):
 
     def take(self, lanes: NDArray[np.intp]) -> Rays:
         """Some of the rays, in that order."""
-        o, d, tfar = (row.take(lanes, axis=-1, mode="clip") for row in (self.o, self.d, self.tfar))
+        o, d, tfar = (row.take(lanes, axis=-1, mode="wrap") for row in (self.o, self.d, self.tfar))
         kind = self.kind if isinstance(self.kind, int) else self.kind.take(lanes)
         return Rays(o, d, tfar, kind, None if self.strand is None else self.strand.take(lanes))
 

@@ -105,7 +105,19 @@ def test_the_largest_block_has_room(dimension):
     lanes = perlin.BLOCK >> dimension
     for count in range(1, dimension + 1):
         for active in itertools.combinations(range(dimension), count):
-            perlin.Room().block(dimension, active, lanes)
+            for still in ((), active[:1], active):
+                perlin.Room().block(dimension, active, still, lanes)
+
+
+@pytest.mark.parametrize("size", [37, 3000])
+@pytest.mark.parametrize("axis", range(4))
+def test_an_axis_on_which_all_lanes_are_at_one_place(axis, size):
+    """Gives what it gives where one more lane lies elsewhere on it."""
+    for dimension in range(axis + 1, 5):
+        many = points(dimension, 30, size)
+        many[axis] = np.full(size, 7.3125, np.float32)
+        apart = [np.append(p, np.float32(q)) for p, q in zip(many, (0.3, 0.4, 0.5, 0.6), strict=False)]
+        np.testing.assert_array_equal(perlin.signed_noise(many), perlin.signed_noise(apart)[:-1])
 
 
 @pytest.mark.parametrize("size", [1, 50, 3000])
