@@ -83,7 +83,7 @@ class PTENGINE_MATERIAL_PT_coverage(CoveragePanel, bpy.types.Panel):
         name = context.material.name
         if record := Session.checked or Session.last:
             if all(entry.material != name for entry in record.coverage):
-                layout.label(text="Nothing of it was rendered", icon="INFO")
+                layout.label(text="Not rendered, or nothing at its output", icon="INFO")
                 return
             own = {owner: found for owner, found in findings().items() if owner == name}
             draw_findings(layout, context, own)

@@ -92,6 +92,18 @@ def test_compare_takes_a_given_reference(run, blend, tmp_path):
     assert "has 16x12 pixels, the render 8x8" in err
 
 
+def test_with_shadow_catchers_no_picture_is_a_reference(run, tmp_path):
+    """A ratio of several films has not the light of the whole scene."""
+    engine_scene()
+    bpy.data.objects["Cube"].is_shadow_catcher = True
+    blend, exr = tmp_path / "caught.blend", tmp_path / "r.exr"
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    assert run("render", blend, "-o", exr, "--samples", 2, *QUICK)[0] == 0
+    code, _, err = run("compare", blend, "--reference", exr, "--seconds", 0.02, *QUICK)
+    assert code == 2
+    assert "which no picture shows" in err
+
+
 def test_two_images_are_compared(run, blend, tmp_path):
     for seed, name in ((1, "a.exr"), (2, "b.exr")):
         run("render", blend, "-o", tmp_path / name, "--samples", 2, "--seed", seed, *QUICK)

@@ -166,7 +166,7 @@ def test_long_lists_end_with_how_many_there_are_more(scene):
 
 def test_a_material_that_was_not_rendered_is_not_called_exact(scene):
     bpy.ops.pt_engine.check_scene()
-    for name, told in (("Worn", "Worn"), ("Shelved", "Nothing of it was rendered")):
+    for name, told in (("Worn", "Worn"), ("Shelved", "Not rendered, or nothing at its output")):
         panel, context = SimpleNamespace(layout=Layout()), a_panel(300)
         context.material = bpy.data.materials.get(name) or bpy.data.materials.new(name)
         coverage_panel.PTENGINE_MATERIAL_PT_coverage.draw(panel, context)

@@ -75,11 +75,17 @@ def test_coverage_lists_every_node_and_what_else_the_file_asks_for(run, blend):
     assert lines[-1] == ", ".join(f"{states.count(s)} {s}" for s in ("exact", "approximate", "ignored"))
 
 
+def with_a_tree(name):
+    """A new material with the nodes that Blender gives it."""
+    made = bpy.data.materials.new(name)
+    if not made.node_tree:  # before Blender 5
+        made.use_nodes = True
+    return made
+
+
 def test_what_a_volume_is_made_of_is_left_out_with_it_and_not_exact(run, tmp_path):
     engine_scene()
-    cloud = bpy.data.materials.new("Cloud")
-    if not cloud.node_tree:
-        cloud.use_nodes = True
+    cloud = with_a_tree("Cloud")
     nodes, links = cloud.node_tree.nodes, cloud.node_tree.links
     noise, volume = nodes.new("ShaderNodeTexNoise"), nodes.new("ShaderNodeVolumePrincipled")
     output = next(node for node in nodes if node.bl_idname == "ShaderNodeOutputMaterial")
@@ -94,9 +100,7 @@ def test_what_a_volume_is_made_of_is_left_out_with_it_and_not_exact(run, tmp_pat
 
 def test_a_material_without_anything_at_its_output_is_told_to_be_black(run, tmp_path):
     engine_scene()
-    bare = bpy.data.materials.new("Bare")
-    if not bare.node_tree:
-        bare.use_nodes = True
+    bare = with_a_tree("Bare")
     bare.node_tree.links.clear()
     bpy.data.objects["Cube"].data.materials.append(bare)
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "bare.blend"))
@@ -158,10 +162,7 @@ def test_an_unknown_material_is_answered_with_near_names(run, blend):
 def test_a_collection_of_materials_needs_neither_camera_nor_somebody_who_wears_them(run, tmp_path):
     scene = engine_scene()
     scene.camera = None
-    material = bpy.data.materials.new("Shelved")
-    material.use_fake_user = True
-    if not material.node_tree:
-        material.use_nodes = True
+    with_a_tree("Shelved").use_fake_user = True
     path = tmp_path / "library.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
     code, out, err = run("coverage", path)

@@ -67,7 +67,7 @@ def reference_of(arguments, found, size: tuple[int, int], stop: Interruption) ->
         if found.scene.has_catchers:
             raise UsageError(
                 "--reference: with shadow catchers it is the light of the whole scene that is compared, "
-                "which no picture shows"
+                "which no picture shows: leave it out, and one is rendered"
             )
         try:
             return given(arguments.reference, *size)
