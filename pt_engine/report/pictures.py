@@ -112,8 +112,8 @@ def lines(found: Mapping[str, Any]) -> list[str]:
         text.append("          (render --passes writes it)")
     else:
         verdict = "they differ by more than noise" if found["p"] < 1e-3 else "they differ as noise does"
-        place = (
-            f", {found['worst']:.2f} in a part of the image" if abs(found["worst"]) > abs(found["z"]) else ""
-        )
-        text.append(f"  z-test  z = {found['z']:.2f}{place}, p = {found['p']:.2g}: {verdict}")
+        z = f"z = {found['z']:.2f}"
+        if abs(found["worst"]) > abs(found["z"]):
+            z += f", {found['worst']:.2f} in a part of the image"
+        text.append(f"  z-test  {z}, p = {found['p']:.2g}: {verdict}")
     return text

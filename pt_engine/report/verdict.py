@@ -17,7 +17,8 @@ def verdict(
 ) -> str:
     """Why an estimate is biased and how much; "" where chance explains the difference.
 
-    `as_base`: the settings as set, which have no blind spot, differ no less: it is not what makes it differ.
+    `as_base`: it cannot be told from the settings as set, which differ though they have no blind spot; so its
+    own are not to blame.
     """
     if not found.significant:
         return ""
