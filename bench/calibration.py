@@ -39,6 +39,7 @@ MORE, MORE_SEEDS = 1 << 10, 24  # samples with which z is asked again
 STEADY = (
     4.0  # times their mean, or a part of it: within that are all seeds' stated variances of a steady pixel
 )
+ROUNDING = 1e-6  # of a pixel: the standard error of one that sees the sky alone is but float32's
 SAMPLERS = ("sobol", "independent")
 SKY = make.world((0.3, 0.4, 0.6))
 BULB = LightData("POINT", "bulb", make.translation(0.8, -1.0, 2.2), 90.0, radius=0.2)
@@ -135,6 +136,7 @@ def z_scores(images: np.ndarray, standard_error: np.ndarray) -> dict[str, Any]:
     variance = standard_error.astype(np.float64) ** 2
     mean = variance.mean(axis=0)
     steady = (variance.max(axis=0) < STEADY * mean) & (variance.min(axis=0) > mean / STEADY)
+    steady &= mean > (ROUNDING * images.mean(axis=0)) ** 2
     z = off[:, steady] / np.sqrt(variance[:, steady])
     return {"steady": float(steady.mean()), "z": float(z.std()) if steady.any() else None}
 
