@@ -7,6 +7,7 @@ right corner; see `cameras/panoramic.py` for the projections of panoramas.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 
 import numpy as np
@@ -37,7 +38,14 @@ class View:
         Left, right, bottom, top of the image; see `CameraData`.
     polynomial : sequence of float
         Of FISHEYE_LENS_POLYNOMIAL.
+
+    Attributes
+    ----------
+    pixels : (int, int)
+        Width and height of the image.
     """
+
+    pixels = (1, 1)
 
     def __init__(
         self,
@@ -55,6 +63,12 @@ class View:
         self._basis = basis.astype(np.float32)
         self._eye = matrix[:3, 3, None]
         self._frame = frame
+
+    def with_pixels(self, width: int, height: int) -> View:
+        """The same view of an image of this size."""
+        view = copy.copy(self)
+        view.pixels = width, height
+        return view
 
     def vector(self, w: Float32) -> Float32:
         """(3, N) world vectors in camera space."""

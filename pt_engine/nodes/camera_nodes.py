@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..core import vectors
 from .graph import NodeView
-from .ir import FLOAT, VECTOR, lane_op, op
+from .ir import FLOAT, REST, VECTOR, Value, lane_op, op, shift_of
 from .registry import Outputs, node
 
 Float32 = NDArray[np.float32]
@@ -22,12 +22,21 @@ def camera_position(lanes: Any, in_world: bool) -> Float32:
     return view.vector(lanes.position) if in_world else view.point(lanes.position)  # type: ignore[no-any-return]
 
 
-@lane_op(VECTOR, moves=True, reads="view")
-def window(lanes: Any, in_world: bool) -> Float32:
-    """(u, v, 0) in the image, [0, 1] from its lower left corner."""
+@lane_op(VECTOR, reads="view")
+def window(lanes: Any, in_world: bool, axis: int = 0, width: float = 0.0) -> Float32:
+    """(u, v, 0) in the image, [0, 1] from its lower left corner; or `width` pixels along axis 1 or 2."""
     out = np.zeros((3, lanes.n), np.float32)
     out[:2] = lanes.window() if in_world else lanes.view.image_of_point(lanes.position)
+    if axis:
+        out[axis - 1] += np.float32(width / lanes.view.pixels[axis - 1])
     return out
+
+
+def window_coordinates(n: NodeView) -> Value:
+    """Texture Coordinate's Window. Bump's steps in it are pixels, however the face lies, as in Cycles."""
+    axis, width = shift_of(n.shift)
+    step = (axis & ~REST, width) if axis & ~REST else ()
+    return n.call(window, static=(n.reader.world, *step))
 
 
 @lane_op(VECTOR, reads="view")

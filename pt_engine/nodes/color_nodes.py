@@ -258,9 +258,16 @@ def bright_contrast_node(n: NodeView) -> Outputs:
     return {"Color": n.call(bright_contrast, n.color("Color", 1.0), n.float("Bright"), n.float("Contrast"))}
 
 
+@op(FLOAT)
+def folded_grey(c: Float32) -> Float32:
+    """Luminance as Blender has it where it converts a constant."""
+    y: Float32 = 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]
+    return y
+
+
 @node("RGBToBW")
 def rgb_to_bw(n: NodeView) -> Outputs:
-    return {"Val": n.call(grey, n.color("Color", 0.5))}
+    return {"Val": n.call(folded_grey if n.prop("folded", False) else grey, n.color("Color", 0.5))}
 
 
 # ------------------------------------------------------------------ separate, combine
@@ -322,14 +329,16 @@ def combine_hsv(n: NodeView) -> Outputs:
 
 
 @op(COLOR)
-def blackbody(temperature: Float32) -> Float32:
+def blackbody(folded: bool, temperature: Float32) -> Float32:
     """Colour of a black body, luminance 1."""
-    return np.maximum(blackbody_rec709(temperature), 0)
+    return np.maximum(blackbody_rec709(temperature, folded), 0)
 
 
 @node("Blackbody")
 def blackbody_node(n: NodeView) -> Outputs:
-    return {"Color": n.call(blackbody, n.float("Temperature", 6500.0))}
+    return {
+        "Color": n.call(blackbody, n.float("Temperature", 6500.0), static=(bool(n.prop("folded", False)),))
+    }
 
 
 @op(COLOR)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import vectors
-from .camera_nodes import camera_position, window
+from .camera_nodes import camera_position, window_coordinates
 from .graph import NodeView
 from .ir import VECTOR, Op, Value, lane_op
 from .registry import Outputs, node
@@ -93,7 +93,6 @@ def tex_coord(n: NodeView) -> Outputs:
         "UV": (uv_coordinates, ("",)),
         "Object": (object_position, ()),
         "Camera": (camera_position, (in_world,)),
-        "Window": (window, (in_world,)),
         "Reflection": (mirrored_view, (in_world,)),
     }
     if matrix is not None:
@@ -105,7 +104,8 @@ def tex_coord(n: NodeView) -> Outputs:
     if "Normal" in wanted and n.shift and n.bent():
         n.approximate("the Bump of its Normal sees no change of it where displacement bends the surface")
     looking = {"Normal", "Reflection"}
-    return {
+    found = {"Window": window_coordinates(n)} if "Window" in wanted else {}
+    return found | {
         name: n.call(what, *(n.bent() if name in looking else ()), static=static)
         for name, (what, static) in table.items()
         if name in wanted

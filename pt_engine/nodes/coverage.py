@@ -21,7 +21,7 @@ class Coverage(NamedTuple):
     state : str
         exact, approximate or ignored.
     effect : str
-        What that means in the image; "" for exact.
+        What that means in the image; "" for most that is exact.
     """
 
     material: str

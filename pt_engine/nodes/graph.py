@@ -229,6 +229,10 @@ class NodeView:
 
     # ---- honesty
 
+    def exact(self, effect: str) -> None:
+        """Note what this node does to the image though it is as it should be."""
+        self.reader.log.note(self.node.name, coverage.EXACT, effect)
+
     def approximate(self, effect: str) -> None:
         """Note that this node is not exact, and what that does to the image."""
         self.reader.log.note(self.node.name, coverage.APPROXIMATE, effect)

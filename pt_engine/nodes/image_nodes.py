@@ -104,8 +104,11 @@ PROJECTIONS = {"FLAT": image_flat, "SPHERE": image_sphere, "TUBE": image_tube}
 
 
 def missing(n: NodeView, problem: str) -> Outputs:
-    """Blender's magenta."""
-    n.ignored(f"{problem}: magenta")
+    """Blender's magenta; where a node has no image at all that is what it says."""
+    if n.node.props.get("image") is None:
+        n.exact(f"{problem}: magenta, as in Cycles")
+    else:
+        n.ignored(f"{problem}: magenta")
     return {"Color": n.constant(MISSING, COLOR), "Alpha": n.constant(1.0, FLOAT)}
 
 
@@ -140,9 +143,12 @@ def tex_image(n: NodeView) -> Outputs:
 
 @op(COLOR, FLOAT, dear=True)
 def environment_map(texture: Texture, projection: str, direction: Float32) -> tuple[Float32, Float32]:
-    """An environment map in a direction."""
-    to_uv = environment.mirror_ball_uv if projection == "MIRROR_BALL" else environment.equirectangular_uv
-    return texture.sample(*to_uv(unit(direction)))
+    """An environment map in a direction; in none at all its corner, as in Cycles."""
+    if projection == "MIRROR_BALL":
+        return texture.sample(*environment.mirror_ball_uv(unit(direction)))
+    u, v = environment.equirectangular_uv(unit(direction))
+    some = (direction != 0).any(axis=0)
+    return texture.sample(u * some, v * some)
 
 
 @node("TexEnvironment")

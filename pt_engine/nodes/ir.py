@@ -151,12 +151,12 @@ def shift_code(axis: int, width: float) -> int:
 
     With `REST` added, the same on the surface before displacement; `REST` alone is the point itself there.
     """
-    return round(width * 1000) << 3 | axis
+    return int(np.float32(width).view(np.uint32)) << 3 | axis
 
 
 def shift_of(code: int) -> tuple[int, float]:
     """Axis (with `REST`, if it was added) and width of a `shift_code`."""
-    return code & 7, (code >> 3) / 1000
+    return code & 7, float(np.uint32(code >> 3).view(np.float32))
 
 
 class Builder:
@@ -243,8 +243,8 @@ class Builder:
 
 @op(FLOAT)
 def grey(c: Float32) -> Float32:
-    """Luminance of linear Rec.709."""
-    y: Float32 = 0.21263901 * c[0] + 0.71516868 * c[1] + 0.07219232 * c[2]
+    """Luminance of linear Rec.709, with the digits that Cycles has."""
+    y: Float32 = 0.21263909 * c[0] + 0.71516913 * c[1] + 0.07219274 * c[2]
     return y
 
 

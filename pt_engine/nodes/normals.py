@@ -104,7 +104,7 @@ def bump(
 
     N' = |det|·N − distance·sign(det)·(Δh_x R_x + Δh_y R_y), R_x = dy × N, R_y = N × dx, det = dx·R_x
     (Mikkelsen 2010, "Bump Mapping Unparametrized Surfaces on the GPU"), the steps `width` of the ray's width
-    long.
+    long. A negative width turns it round, as in Cycles.
     """
     n = normal[0] if normal else lanes.ns
     dx, dy = lanes.bump_steps(width)
@@ -114,7 +114,7 @@ def bump(
     det = vectors.dot(dx, rx)
     gradient = (height_x - height) * rx + (height_y - height) * ry
     scale = (-distance if invert else distance) * np.copysign(np.float32(1), det)
-    bent = unit(np.abs(det) * n - scale * gradient)
+    bent = unit(np.abs(det) * n - scale * gradient) * np.float32(-1 if width < 0 else 1)
     s = np.maximum(strength, 0)
     out = unit(s * usable(bent, n) + (1 - s) * n)
     if rest:
@@ -122,7 +122,7 @@ def bump(
     return usable(out, n)
 
 
-FILTER_WIDTH = 0.1  # of a pixel: Bump's default, and what displacement is shaded with
+FILTER_WIDTH = float(np.float32(0.1))  # of a pixel: Bump's default, and what displacement is shaded with
 
 
 def shifts(width: float) -> tuple[int, int, int]:
@@ -131,12 +131,9 @@ def shifts(width: float) -> tuple[int, int, int]:
 
 
 def filter_width(n: NodeView) -> float:
-    """The node's Filter Width, at least a thousandth; one that varies is taken as the default."""
+    """The node's Filter Width; in the place of one that varies Cycles takes the socket's own value."""
     value = n.float("Filter Width", FILTER_WIDTH)
-    if isinstance(value, Const):
-        return max(float(value.data[0]), 1e-3)
-    n.approximate("its filter width varies: the default is used")
-    return FILTER_WIDTH
+    return float(value.data[0] if isinstance(value, Const) else n.prop("filter_width", FILTER_WIDTH))
 
 
 @node("Bump")
@@ -148,6 +145,8 @@ def bump_node(n: NodeView) -> Outputs:
     if is_zero(strength) or is_zero(distance):
         return {"Normal": None if normal is None else n.call(facing_normal, normal, *n.bent())}
     width = filter_width(n)
+    if width == 0:
+        return {"Normal": normal}
     heights: list[Value] = [n.shifted_float("Height", shift) for shift in shifts(width)]
     extra = () if normal is None else (normal,)
     static = (bool(n.prop("invert", False)), width, False)

@@ -75,7 +75,7 @@ def brick(
     width: Float32,
     height: Float32,
 ) -> tuple[Float32, Float32]:
-    """Tint of the brick at p, and how much of it is mortar."""
+    """Tint of the brick at p, and how much is mortar: no number where rows have no height, as in Cycles."""
     row = np.floor(divide(p[1], height)).astype(np.int32)
     shift: Float32 | float = 0.0
     if offset_every and squash_every:
@@ -88,6 +88,7 @@ def brick(
     tint = np.clip(brick_noise(number) + bias, 0, 1)
     across, upright = np.minimum(x, width - x), np.minimum(y, height - y)
     edge = select(width == 0, upright, np.minimum(across, upright))  # a row squashed to nothing has no ends
+    edge = select(height == 0, np.float32(np.nan), edge)
     inside = edge >= mortar
     depth = 1 - divide(edge, mortar)
     hard = smooth == 0

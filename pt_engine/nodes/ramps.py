@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .color_spaces import hsl_to_rgb, hsv_to_rgb, rgb_to_hsl, rgb_to_hsv
+from .folded_curves import folded_color, folded_curve, folded_float, folded_vector
 from .graph import NodeView
 from .ir import COLOR, FLOAT, VECTOR, Value, op
 from .registry import Outputs, node
@@ -23,13 +24,19 @@ Stops = tuple[tuple[float, ...], ...]
 
 def ramp_table(mode: str, interpolation: str, stops: Stops, hue_mode: str = "NEAR") -> Float32:
     """(4, 257) RGBA of a ramp at positions k/256."""
-    at = np.linspace(0, 1, SAMPLES, dtype=np.float64)
+    return ramp_at(np.linspace(0, 1, SAMPLES, dtype=np.float64), mode, interpolation, stops, hue_mode)
+
+
+def ramp_at(
+    at: NDArray[np.float64], mode: str, interpolation: str, stops: Stops, hue_mode: str = "NEAR"
+) -> Float32:
+    """(4, n) RGBA of a ramp at positions (n,)."""
     if not stops:
-        return np.zeros((4, SAMPLES), np.float32)
+        return np.zeros((4, len(at)), np.float32)
     positions = np.array([s[0] for s in stops], np.float64)
     colors = np.array([s[1:5] for s in stops], np.float64).T
     if len(stops) == 1:
-        return np.repeat(colors, SAMPLES, axis=1).astype(np.float32)
+        return np.repeat(colors, len(at), axis=1).astype(np.float32)
     if mode in ("HSV", "HSL"):
         return _hue_table(mode, positions, colors, at, hue_mode).astype(np.float32)
     if interpolation == "CONSTANT":
@@ -64,13 +71,17 @@ def _spline_table(
 ) -> NDArray[np.float64]:
     """Cubic through (CARDINAL, tension 0.71) or near (B_SPLINE) the stops.
 
-    The first colour also stands at 0 and the last at 1, so that the curve goes on to both ends.
+    The first colour also stands at 0 and the last at 1, so that the curve goes on to both ends. Where such a
+    stretch has no length, the curve is at the stop.
     """
+    left = np.searchsorted(positions, at, side="right")
+    right, last = left + 1, len(positions) + 1
     positions = np.concatenate([[0.0], positions, [1.0]])
     colors = np.concatenate([colors[:, :1], colors, colors[:, -1:]], axis=1)
-    left, right, t = _span(positions, at)
-    last = len(positions) - 1
     before, after = np.maximum(left - 1, 0), np.minimum(right + 1, last)
+    width = positions[right] - positions[left]
+    some = width != 0
+    t = np.where(some, np.clip((at - positions[left]) / np.where(some, width, 1), 0, 1), right < last)
     if kind == "CARDINAL":
         f = 0.71
         weights = (
@@ -164,12 +175,22 @@ def ramp(table: Table, smooth: bool, f: Float32) -> tuple[Float32, Float32]:
     return rgba[:3], rgba[3]
 
 
+@op(COLOR, FLOAT)
+def folded_ramp(ramp: tuple[Any, ...], f: Float32) -> tuple[Float32, Float32]:
+    """Colour and alpha of a ramp at a constant, as Blender folds it: without a table."""
+    rgba = ramp_at(f.astype(np.float64), *ramp)
+    return rgba[:3], rgba[3]
+
+
 @node("ValToRGB")
 def color_ramp_node(n: NodeView) -> Outputs:
     mode, interpolation, stops = n.prop("ramp", ("RGB", "LINEAR", ((0, 0, 0, 0, 1), (1, 1, 1, 1, 1))))
-    table = Table(ramp_table(mode, interpolation, stops, str(n.prop("ramp_hue", "NEAR"))))
-    smooth = interpolation != "CONSTANT"
-    color, alpha = n.calls(ramp, n.float("Fac", 0.5), static=(table, smooth))
+    settings = mode, interpolation, stops, str(n.prop("ramp_hue", "NEAR"))
+    if n.prop("folded", False):
+        color, alpha = n.calls(folded_ramp, n.float("Fac", 0.5), static=(settings,))
+    else:
+        static = Table(ramp_table(*settings)), interpolation != "CONSTANT"
+        color, alpha = n.calls(ramp, n.float("Fac", 0.5), static=static)
     return {"Color": color, "Alpha": alpha}
 
 
@@ -226,21 +247,30 @@ def curve_static(n: NodeView, channels: int) -> tuple[Any, ...] | None:
     return Table(np.array(tables[:channels], np.float32)), float(low), float(high), extend
 
 
-def _curve_node(n: NodeView, what: Any, channels: int, t: Value, x: Value) -> Value:
+def _curve_node(n: NodeView, what: Any, folded: Any, channels: int, t: Value, x: Value) -> Value:
+    constant = folded_curve(n, folded, t, x)
+    if constant is not None:
+        return constant
     static = curve_static(n, channels)
     return x if static is None else n.call(what, t, x, static=static)
 
 
 @node("RGBCurve")
 def rgb_curve_node(n: NodeView) -> Outputs:
-    return {"Color": _curve_node(n, curves_color, 3, n.float("Fac", 1.0), n.color("Color", 1.0))}
+    return {
+        "Color": _curve_node(n, curves_color, folded_color, 3, n.float("Fac", 1.0), n.color("Color", 1.0))
+    }
 
 
 @node("VectorCurve")
 def vector_curve_node(n: NodeView) -> Outputs:
-    return {"Vector": _curve_node(n, curves_vector, 3, n.float("Fac", 1.0), n.vector("Vector"))}
+    return {
+        "Vector": _curve_node(n, curves_vector, folded_vector, 3, n.float("Fac", 1.0), n.vector("Vector"))
+    }
 
 
 @node("FloatCurve")
 def float_curve_node(n: NodeView) -> Outputs:
-    return {"Value": _curve_node(n, curve_float, 1, n.float("Factor", 1.0), n.float("Value", 1.0))}
+    return {
+        "Value": _curve_node(n, curve_float, folded_float, 1, n.float("Factor", 1.0), n.float("Value", 1.0))
+    }

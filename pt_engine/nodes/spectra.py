@@ -147,8 +147,11 @@ XYZ_TO_REC709: Final = (
 FIT_TO_REC709: Final = np.array([1.00015891, 0.99997656, 0.99975954], np.float32)[:, None]
 
 
-def blackbody_rec709(temperature: Float32) -> Float32:
-    """(3, n) colour of black bodies in kelvin; a component may be negative (out of gamut)."""
+def blackbody_rec709(temperature: Float32, folded: bool = False) -> Float32:
+    """(3, n) colour of black bodies in kelvin; a component may be negative (out of gamut).
+
+    `folded`: as Blender folds a constant temperature, without carrying the fit over.
+    """
     t = np.clip(temperature, 800, 12000)
     piece = np.searchsorted(EDGES, t, side="right")
     r, g, b = RED[piece].T, GREEN[piece].T, BLUE[piece].T
@@ -161,7 +164,9 @@ def blackbody_rec709(temperature: Float32) -> Float32:
         ]
     )
     out = np.where(temperature < 800, COLDEST, out)
-    out = np.where(temperature >= 12000, HOTTEST, out) * FIT_TO_REC709
+    out = np.where(temperature >= 12000, HOTTEST, out)
+    if not folded:
+        out = out * FIT_TO_REC709
     return out.astype(np.float32, copy=False)
 
 

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .geometry import Geometry
+from .packed_normals import packed
 from .snapshot import MeshData, Snapshot
 from .tangent_space import face_normals, tangent_space
-from .vertex_normals import unit_rows
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -184,7 +184,8 @@ def _color_index(mesh: MeshData, color: Float32) -> Int32:
 def tangent_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:
     """MikkTSpace tangents along a uv map and the sign of their bitangents; 0 where the map is missing.
 
-    "" is each mesh's active map; a mesh without any has a sphere's around its origin, as in Cycles.
+    "" is each mesh's active map; a mesh without any has a sphere's around its origin, as in Cycles, which
+    since Blender 5 knows no seam.
     """
     pick = {}
     for m, mesh in enumerate(snapshot.meshes):
@@ -192,11 +193,11 @@ def tangent_layer(snapshot: Snapshot, geometry: Geometry, name: str) -> Layer:
         if uv is None:
             continue
         points = mesh.vertices[mesh.triangles]
+        normals = np.repeat(face_normals(points)[:, None], 3, axis=1)
         if mesh.normals is not None and mesh.normal_index is not None:
-            normals = unit_rows(mesh.normals.astype(np.float64)).astype(np.float32)[mesh.normal_index]
-        else:
-            normals = np.repeat(face_normals(points)[:, None], 3, axis=1)
-        tangent, sign = tangent_space(points, normals, uv)
+            smooth = packed(mesh.normals)[mesh.normal_index]
+            normals = smooth if mesh.flat is None else np.where(mesh.flat[:, None, None], normals, smooth)
+        tangent, sign = tangent_space(points, normals, uv, around=not (name or mesh.active_uv))
         values = np.concatenate([tangent, sign[..., None]], axis=2).reshape(-1, 4)
         pick[m] = values, np.arange(len(values), dtype=np.int32).reshape(-1, 3)
     return build_layer(snapshot, geometry, pick, (0.0, 0.0, 0.0, 0.0))

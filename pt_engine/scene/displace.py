@@ -115,15 +115,19 @@ def where_evaluated(mesh: MeshData, displaced: NDArray[np.bool_]) -> tuple[Int32
 
 
 def stage(snapshot: Snapshot, materials: Materials, needs: frozenset[str], layers: Layers) -> Scene:
-    """A scene for looking up attributes at vertices; there is nothing in it to trace, as in Cycles."""
-    mesh = snapshot.meshes[0]
+    """A scene for looking up attributes at vertices; there is nothing in it to trace, as in Cycles.
+
+    Normals of flat meshes are smooth here, as Cycles displaces them, but tangents are those of flat faces.
+    """
+    mesh, given = snapshot.meshes[0], snapshot
     if mesh.normals is None:
         smooth = angle_weighted(mesh.vertices, mesh.triangles)
         snapshot = replace(snapshot, meshes=(replace(mesh, normals=smooth, normal_index=mesh.triangles),))
     geometry = flatten(snapshot)
     nothing = Accel(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32))
     dark = Lights((), np.zeros((0, 3)), geometry.origin, None, None, geometry.radius)
-    tables = layers(snapshot, geometry, needs)
+    tangents = frozenset(name for name in needs if name.startswith("tangent:"))
+    tables = layers(given, geometry, tangents) | layers(snapshot, geometry, needs - tangents)
     scene = Scene(geometry, nothing, snapshot.instances, tables, materials, compile_world(None), dark)
     scene.camera = make_camera(snapshot.camera, geometry.origin)
     return scene

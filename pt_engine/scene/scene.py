@@ -120,6 +120,7 @@ class Scene:
         """The same scene for an image of this size: how fine shading has to look (Bump's steps)."""
         scene, data = copy.copy(self), self.camera.data
         scene.camera = self.camera.at_resolution(width, height)
+        scene.view = self.view.with_pixels(width, height)
         if data.kind == "PERSP":
             scene.pixel_angle = (data.frame[1] - data.frame[0]) / width
         elif data.kind == "PANO":

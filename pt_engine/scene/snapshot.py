@@ -114,7 +114,8 @@ class MeshData:
     normal_index : (T, 3) int32 or None
         Row of `normals` at each corner; may be `triangles` itself where normals are per vertex.
     flat : (T,) uint8 or None
-        1 on faces without smooth shading, where the normals are per corner and a material moves vertices.
+        1 on faces without smooth shading, where the normals are per corner and a material moves vertices
+        or looks at uv maps.
     corner_index : (T, 3) int32 or None
         Row of the corner-domain layers (`uvs`, corner `colors`) at each corner.
     uvs : dict[str, (L, 2) float32]

@@ -43,7 +43,9 @@ class Faces(NamedTuple):
     upright: Bool
 
 
-def tangent_space(points: Float32, normals: Float32, uv: Float32) -> tuple[Float32, Float32]:
+def tangent_space(
+    points: Float32, normals: Float32, uv: Float32, around: bool = False
+) -> tuple[Float32, Float32]:
     """Tangents of all corners and the signs of their bitangents, sign · n × t.
 
     Parameters
@@ -51,6 +53,8 @@ def tangent_space(points: Float32, normals: Float32, uv: Float32) -> tuple[Float
     points, normals : (T, 3, 3) float32
         By triangle and corner.
     uv : (T, 3, 2) float32
+    around : bool
+        Whether u goes round from 1 to 0: a triangle across the seam lies on the short way.
 
     Returns
     -------
@@ -65,7 +69,8 @@ def tangent_space(points: Float32, normals: Float32, uv: Float32) -> tuple[Float
     whole = ~((points == np.roll(points, 1, axis=1)).all(axis=2).any(axis=1))
     good = np.flatnonzero(whole)
     if len(good):
-        faces = mapped_faces(points[good], uv[good], vertex[good])
+        there = nearest_turns(uv[good]) if around else uv[good]
+        faces = mapped_faces(points[good], there, vertex[good])
         faces, group = grouped(faces)
         directions, angles = at_corners(points[good], normals[good], faces)
         mean = np.zeros((3 * len(good), 3), np.float32)
@@ -86,6 +91,13 @@ def welded(rows: Float32) -> Index:
         key = (key ^ column) * MIX
         key ^= key >> np.uint64(29)
     return np.unique(key, return_inverse=True)[1]
+
+
+def nearest_turns(uv: Float32) -> Float32:
+    """The map with each u moved by a whole number to within half a turn of its triangle's first."""
+    moved = uv.copy()
+    moved[..., 0] -= np.floor(uv[..., 0] - uv[:, :1, 0] + np.float32(0.5))
+    return moved
 
 
 def mapped_faces(points: Float32, uv: Float32, vertex: Index) -> Faces:

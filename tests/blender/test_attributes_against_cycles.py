@@ -59,7 +59,6 @@ CASES = [
         attribute(f"{kind} {domain}", "Color", tolerance=BYTES if kind == "BYTE_COLOR" else EXACT)
         for kind in PROPERTY
         for domain in DOMAINS
-        if (kind, domain) != ("QUATERNION", "EDGE")  # Blender takes their mean as rotations
     ),
     *(
         attribute(f"{kind} POINT", output)

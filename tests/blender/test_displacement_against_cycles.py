@@ -50,7 +50,7 @@ CASES = [
     case("Displacement", "DISPLACEMENT", links={**NOISE, "Normal": ("NewGeometry", "Position")}),
     *(
         case("VectorDisplacement", "DISPLACEMENT", links={"Vector": (0.3, 0.2, -0.1), "Scale": 0.7}, space=s)
-        for s in ("OBJECT", "WORLD")
+        for s in ("OBJECT", "WORLD", "TANGENT")
     ),
     # Cycles looks within 1/200 of a pixel of the centre, Bump's step is 1/10 long
     *(case("Displacement", "BOTH", "Normal", NOISE, 1e-2, space=s) for s in ("OBJECT", "WORLD")),

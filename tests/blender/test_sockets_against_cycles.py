@@ -4,9 +4,10 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 from support.bpy_nodes import BLENDER_5  # noqa: E402
-from support.seen_nodes import build, check  # noqa: E402
+from support.seen_nodes import build, check, picture  # noqa: E402
 
 TYPES = ("Float", "Int", "Bool", "Vector", "Color", "Shader")
+FOLDED = ("folded vector", "folded below", "folded number")
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +43,7 @@ def shown(stage, tree, output, socket="Color"):
 
 
 def sources(tree):
-    """By name: colours, vectors and numbers that vary, and two that Blender folds."""
+    """By name: colours, vectors and numbers that vary, and three that Blender folds."""
     generated = new(tree, "TexCoord").outputs["Generated"]
     parts = {0: 0.3, 1: 1.6, 2: 2.9}
     return {
@@ -50,6 +51,7 @@ def sources(tree):
         "vector": lambda: new(tree, "VectorMath", {0: generated, 1: (2, 3, -1.5)}).outputs[0],
         "number": lambda: new(tree, "Math", {0: generated, 1: 2.7}, operation="MULTIPLY").outputs[0],
         "folded vector": lambda: new(tree, "CombineXYZ", parts).outputs[0],
+        "folded below": lambda: new(tree, "CombineXYZ", {0: 0.3, 1: -1.6, 2: 0.2}).outputs[0],
         "folded number": lambda: new(tree, "Math", {0: 1.7, 1: 0.6}, operation="ADD").outputs[0],
     }
 
@@ -66,7 +68,7 @@ def through(tree, output, way):
 
 @pytest.mark.skipif(not BLENDER_5, reason="before Blender 5 every group's socket converts")
 @pytest.mark.parametrize("kind", TYPES)
-@pytest.mark.parametrize("source", ["colour", "vector", "number", "folded vector", "folded number"])
+@pytest.mark.parametrize("source", ["colour", "vector", "number", *FOLDED])
 def test_groups_convert_what_blender_folds_and_hand_on_links_as_they_are(source, kind, stage, tree):
     """Behind each second socket: once as a colour, once as a number."""
     output = sources(tree)[source]()
@@ -121,6 +123,30 @@ def test_the_mapping_inside_a_texture(fields, kind, stage, tree):
     for name, value in (fields | {"vector_type": kind}).items():
         setattr(node.texture_mapping, name, value)
     shown(stage, tree, node.outputs["Color"])
+
+
+@pytest.mark.parametrize("kind", ["TexNoise", "TexGradient", "TexWave", "TexImage"])
+def test_the_mapping_inside_a_texture_that_blender_folds(kind, stage, tree):
+    """It is Cycles', so a folded texture has none; images are not folded."""
+    node = new(tree, kind, {"Vector": new(tree, "CombineXYZ", {0: 0.3, 1: 0.6, 2: 0.2}).outputs[0]})
+    for name, value in MOVED.items():
+        setattr(node.texture_mapping, name, value)
+    if kind == "TexImage":
+        node.image = picture()
+    shown(stage, tree, node.outputs["Color"])
+
+
+@pytest.mark.parametrize("output", ["Color", "Alpha"])
+def test_an_image_node_without_an_image(output, stage, tree):
+    shown(stage, tree, new(tree, "TexImage").outputs[output])
+
+
+@pytest.mark.parametrize("smooth", [0.0, 0.5])
+def test_bricks_without_height(smooth, stage, tree):
+    """Rows of nothing are no number, unless no mortar asks how far it is."""
+    where = new(tree, "VectorMath", {0: new(tree, "TexCoord").outputs["Generated"], 1: (3, 3, 3)})
+    sizes = {"Vector": where.outputs[0], "Row Height": 0.0, "Mortar Smooth": smooth}
+    shown(stage, tree, new(tree, "TexBrick", sizes | {"Mortar": (0.9, 0.5, 0.2, 1.0)}).outputs["Color"])
 
 
 def reroute(tree):

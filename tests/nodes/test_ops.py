@@ -32,6 +32,7 @@ LANES = 7
 BOTH = (False, True)
 DIMENSIONS = ("1D", "2D", "3D", "4D")
 CURVES = tuple(tuple(np.linspace(0, 1, 8).tolist()) for _ in range(3))
+FOLDED = ((0.0, 1.0, 0.0, -1.0, 1.0, 2.0, 0.0, 0.4, 1.0),) * 4
 RAMPS = [("RGB", kind, ((0.1, 0, 0, 0, 1), (0.9, 1, 1, 1, 0.5))) for kind in ("LINEAR", "CONSTANT")]
 CANDLE = "IESNA\nTILT=NONE\n1 100 1 3 1 1 1 0 0 0 1 1 5\n0 90 180\n0\n3 2 1\n"
 SPACES = ("TANGENT", "OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD")
@@ -86,10 +87,12 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
     "MixRGB": settings(blend_type=color_nodes.BLENDS, use_clamp=True),
     "SeparateColor": settings(mode=("RGB", "HSV", "HSL")),
     "CombineColor": settings(mode=("RGB", "HSV", "HSL")),
-    "ValToRGB": settings(ramp=RAMPS),
+    **dict.fromkeys(("Blackbody", "RGBToBW"), settings(folded=BOTH)),
+    "ValToRGB": settings(ramp=RAMPS, folded=BOTH),
     **dict.fromkeys(
         ("RGBCurve", "VectorCurve", "FloatCurve"),
-        settings(curves=[CURVES], curve_extend=("HORIZONTAL", "EXTRAPOLATED")),
+        settings(curves=[CURVES], curve_extend=("HORIZONTAL", "EXTRAPOLATED"))
+        + settings(folded_curves=[FOLDED], folded_clip=[(0.1, 0.5)]),
     ),
     "TexChecker": [{}, {"texture_mapping": MAPPING}],
     "TexGradient": settings(

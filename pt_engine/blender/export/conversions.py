@@ -92,7 +92,7 @@ def converted(flattener, feed: Feed | None, to: str) -> Feed | None:
         inputs = {"Color": (1.0, 1.0, 1.0, 1.0), "Strength": 1.0, socket: feed.link}
         return Feed(Link(flattener.extra("Emission", inputs), "Emission"), None, to)
     if feed.type in ("RGBA", "VECTOR", "ROTATION") and to in SCALARS:
-        feed = narrowed(flattener, feed)
+        feed = narrowed(flattener, feed, to)
     if (feed.type, to) in (("VALUE", "INT"), ("VALUE", "BOOLEAN"), ("INT", "BOOLEAN")):
         inputs = {"Value": feed.link, "Value_001": 0.0, "Value_002": 0.0}
         operation = "GREATER_THAN" if to == "BOOLEAN" and BLENDER_5 else "TRUNC"
@@ -101,14 +101,15 @@ def converted(flattener, feed: Feed | None, to: str) -> Feed | None:
     return Feed(feed.link, None, to)
 
 
-def narrowed(flattener, feed: Feed) -> Feed:
-    """A colour's luminance or a vector's mean, as one value."""
+def narrowed(flattener, feed: Feed, to: str) -> Feed:
+    """A colour's luminance or a vector's mean, as one value; a flag asks whether a vector has a length."""
     if feed.type == "RGBA":
         return Feed(Link(flattener.extra("RGBToBW", {"Color": feed.link}), "Val"), None, "VALUE")
     third = (1 / 3, 1 / 3, 1 / 3)
     zero = (0.0, 0.0, 0.0)
     inputs = {"Vector": feed.link, "Vector_001": third, "Vector_002": zero, "Scale": 1.0}
-    number = flattener.extra("VectorMath", inputs, {"operation": "DOT_PRODUCT"})
+    operation = "LENGTH" if to == "BOOLEAN" and BLENDER_5 else "DOT_PRODUCT"
+    number = flattener.extra("VectorMath", inputs, {"operation": operation})
     return Feed(Link(number, "Value"), None, "VALUE")
 
 
@@ -127,7 +128,7 @@ def converted_constant(flattener, feed: Feed, to: str) -> Feed | None:
     if feed.type == "RGBA":
         value = sum(weight * channel for weight, channel in zip(LUMA, value, strict=False))
     elif isinstance(value, tuple):
-        value = sum(value) / len(value)
+        value = any(value) if to == "BOOLEAN" and BLENDER_5 else sum(value) / len(value)
     kind = {"VALUE": float, "INT": int, "BOOLEAN": (lambda x: x > 0) if BLENDER_5 else int}[to]
     return Feed(None, kind(value), to)
 

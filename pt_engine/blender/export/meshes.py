@@ -61,7 +61,7 @@ def export_mesh(name: str, mesh, needs: Needs) -> MeshData | None:
         material_slot=material_slots(mesh, polygon),
         normals=normals,
         normal_index=normal_index,
-        flat=flat_faces(mesh, polygon) if needs.displaced else None,
+        flat=flat_faces(mesh, polygon) if needs.displaced or needs.uvs else None,
         corner_index=corners if uvs or colors else None,
         uvs=uvs,
         colors=colors,

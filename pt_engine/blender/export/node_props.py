@@ -7,11 +7,14 @@ name. What is more than a value becomes:
 ``curves``             a table per channel: 257 samples over ``curve_range``, the common curve C before it
 ``curve_range``        (from, to): where the tables begin and end
 ``curve_extend``       EXTRAPOLATED or HORIZONTAL
+``folded_curves``      where Blender folds the node: rows of `curve_nodes.folded`, one per curve
+``folded_clip``        (least, most) of a folded Float Curve that is clipped, else None
 ``image``              index into `Snapshot.images`, None where none is set
 ``texture_mapping``    the (long hidden) texture mapping as ((name, value), ...), only where it does something
 ``object_matrix``      Texture Coordinate with an object: world to that object, 16 numbers by rows
 ``ies_text``           text of an IES file
 ``value``              of the nodes whose output is their setting: Value, RGB, Normal
+``filter_width``       the own value of Bump's socket
 """
 
 from __future__ import annotations
@@ -20,7 +23,8 @@ from pathlib import Path
 
 import bpy
 
-CURVE_SAMPLES = 257
+from .curve_nodes import curves
+
 PLAIN = {"BOOLEAN", "INT", "FLOAT", "STRING", "ENUM"}
 OUTPUT_IS_SETTING = {"ShaderNodeValue", "ShaderNodeRGB", "ShaderNodeNormal"}
 
@@ -39,6 +43,8 @@ def node_props(node, images) -> dict[str, object]:
             props.update(pointed(node, name, images))
     if node.bl_idname == "ShaderNodeTexIES" and node.mode == "EXTERNAL":
         props["ies_text"] = read_ies(node)
+    if node.bl_idname == "ShaderNodeBump":
+        props["filter_width"] = node.inputs["Filter Width"].default_value
     if node.bl_idname in OUTPUT_IS_SETTING:
         props["value"] = plain(node.outputs[0].default_value)
     return props
@@ -82,24 +88,6 @@ def ramp(color_ramp) -> dict[str, object]:
     return {
         "ramp": (color_ramp.color_mode, color_ramp.interpolation, tuple(sorted(stops, key=lambda s: s[0]))),
         "ramp_hue": color_ramp.hue_interpolation,
-    }
-
-
-def curves(mapping, kind: str) -> dict[str, object]:
-    """Curve tables over the range that their points span."""
-    mapping.initialize()
-    channels = list(mapping.curves)
-    count = 1 if kind == "ShaderNodeFloatCurve" else 3
-    spanning = channels[:4] if kind == "ShaderNodeRGBCurve" else channels[:count]
-    first = min(curve.points[0].location[0] for curve in spanning)
-    last = max(curve.points[len(curve.points) - 1].location[0] for curve in spanning)
-    steps = [first + (last - first) * i / (CURVE_SAMPLES - 1) for i in range(CURVE_SAMPLES)]
-    if kind == "ShaderNodeRGBCurve":
-        steps = [mapping.evaluate(channels[3], x) for x in steps]
-    return {
-        "curves": tuple(tuple(mapping.evaluate(curve, x) for x in steps) for curve in channels[:count]),
-        "curve_range": (first, last),
-        "curve_extend": mapping.extend,
     }
 
 

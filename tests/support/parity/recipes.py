@@ -70,11 +70,27 @@ def lone_ramp(node: Any) -> None:
     r.elements[0].position, r.elements[0].color = 0.3, (0.9, 0.1, 0.2, 0.4)
 
 
+def ended_ramp(interpolation: str, *positions: float) -> Callable[[Any], None]:
+    """Sets a ramp with stops at these places, as at 0 and 1."""
+
+    def make(node: Any) -> None:
+        r = node.color_ramp
+        r.interpolation = interpolation
+        while len(r.elements) < len(positions):
+            r.elements.new(0.5)
+        for k, (stop, at) in enumerate(zip(list(r.elements), positions, strict=True)):
+            stop.position, stop.color = at, (0.1 + 0.2 * k, 0.9 - 0.2 * k, (0.3, 0.8)[k % 2], 0.5 + 0.1 * k)
+
+    return make
+
+
 RAMPS: dict[str, Callable[[Any], None]] = {
     f"RGB {i}": ramp("RGB", i) for i in ("LINEAR", "CONSTANT", "EASE", "CARDINAL", "B_SPLINE")
 }
 RAMPS |= {f"{m} {h}": ramp(m, "LINEAR", h) for m in ("HSV", "HSL") for h in ("NEAR", "FAR", "CW", "CCW")}
 RAMPS |= {"HSV EASE": ramp("HSV", "EASE"), "crowded": crowded_ramp, "one stop": lone_ramp}
+RAMPS |= {f"{i} to the ends": ended_ramp(i, 0.0, 0.4, 1.0) for i in ("CARDINAL", "B_SPLINE")}
+RAMPS |= {f"{i} crowded at the ends": ended_ramp(i, 0.0, 0.0, 1.0, 1.0) for i in ("CARDINAL", "B_SPLINE")}
 
 
 def bend(extend: str = "EXTRAPOLATED", handles: str = "AUTO") -> Callable[[Any], None]:
