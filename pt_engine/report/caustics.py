@@ -49,6 +49,10 @@ def without_caustics(scene: Scene) -> Scene:
     made.__class__ = WithoutCaustics
     made.tracks_history = True
     made.tracked_depths = tuple(sorted({*scene.tracked_depths, "diffuse_depth"} & DEPTHS))
+    if scene.alone is not None:
+        made.alone = without_caustics(scene.alone)
+    if scene.slices is not None:
+        made.slices = scene.slices.of(made)
     return made
 
 

@@ -107,6 +107,8 @@ def by_power(scene: Scene) -> Scene:
     """The same scene, its lights chosen by their power wherever the shaded point is."""
     plain = copy.copy(scene)
     plain.lights = scene.lights.changed(_by_power)
+    if scene.slices is not None:
+        plain.slices = scene.slices.of(plain)
     return plain
 
 

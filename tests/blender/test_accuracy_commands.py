@@ -224,3 +224,17 @@ def test_the_button_writes_a_page_and_leaves_the_files_output_settings(tmp_path)
     assert (image.file_format, image.color_mode, image.color_depth) == before
     Session.last = None
     assert not bpy.ops.pt_engine.open_report.poll()
+
+
+def test_two_renders_with_their_passes_have_a_z_test(run, blend, tmp_path):
+    """Other seeds of the same differ as noise does; a shorter depth by more."""
+    renders = {"a": ("--seed", 1), "b": ("--seed", 2), "short": ("--seed", 3, "--max-depth", 1)}
+    for name, more in renders.items():
+        out = tmp_path / f"{name}.exr"
+        assert run("render", blend, "-o", out, "--passes", "--samples", 32, *more, *QUICK)[0] == 0
+    told = run("compare", tmp_path / "a.exr", tmp_path / "b.exr")[1]
+    assert "they differ as noise does" in told
+    assert "they differ by more than noise" in run("compare", tmp_path / "short.exr", tmp_path / "b.exr")[1]
+    assert run("render", blend, "-o", tmp_path / "plain.exr", "--samples", 4, *QUICK)[0] == 0
+    plain = run("compare", tmp_path / "plain.exr", tmp_path / "plain.exr")[1]
+    assert "(render --passes writes it)" in plain
