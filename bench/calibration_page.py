@@ -77,8 +77,8 @@ MORE_SAMPLES = f"""
 ## z with more samples
 
 The same scenes, {MORE_SEEDS} seeds of {MORE:,} samples: a pixel's variance is less uncertain, and z is nearer
-to 1, but with Sobol points on rough metal and the mirror, where few pixels are steady and outlines are many of
-them. In the two columns of the wall's edges z is 0.56 and 0.88, elsewhere 0.92 and 0.97: what stratification
+to 1, but with Sobol points on rough metal and the mirror, where few pixels are steady and many are outlines.
+In the two columns of the wall's edges z is 0.56 and 0.88, elsewhere 0.92 and 0.97: what stratification
 gains differs from pixel to pixel there, too. The standard error is too large, not too small.
 
 | scene, sampler | steady | z |
