@@ -40,7 +40,7 @@ PIXEL_COST = 1e-6  # seconds of the first look for each pixel, before that is kn
 EARLY = 0.1  # of a render: what was foretold there is told in the end
 GOES_ON = 2 / 3  # of the square of what stratification has gained
 BETWEEN = 1 / 5  # of that square is the logarithm of the error higher between powers of two
-STEPS = 16  # of Newton, more than it takes: its line lies above the curve, and it never turns back
+STEPS = 16  # of Newton, more than it takes from 0 on: its lines lie above the curve, so it never overshoots
 EXPONENT_SPREAD = {False: 0.01, True: 0.05}  # correlated samples or not
 UNEVEN = {False: 0.0, True: 0.03}  # spread of log relMSE about the line, beyond its own
 PACE_SPREAD = 0.04  # of the time for a sample
@@ -93,7 +93,7 @@ class Look(NamedTuple):
     def growth_until(self, fall: float) -> float:
         """How much the logarithm of the samples grows until relMSE's is so far down: by Newton."""
         fall += BETWEEN * self.gained * self.best
-        growth = fall / self.exponent
+        growth = 0.0
         for _ in range(STEPS):
             slope = self.exponent + self.excess * float(np.exp(-growth))
             growth += (fall - self.falls_by(growth)) / slope
