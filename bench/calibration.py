@@ -36,9 +36,7 @@ from support import scenes as make
 FOLDER = machine.ROOT / "out" / "bench" / "calibration"
 SIZE, SAMPLES, SEEDS, FEW, DEPTH = 32, 64, 100, 16, 4
 MORE, MORE_SEEDS = 1 << 10, 24  # samples with which z is asked again
-STEADY = (
-    4.0  # times their mean, or a part of it: within that are all seeds' stated variances of a steady pixel
-)
+STEADY = 4.0  # times their mean or a part of it: within are all seeds' stated variances of a steady pixel
 ROUNDING = 1e-6  # of a pixel: the standard error of one that sees the sky alone is but float32's
 SAMPLERS = ("sobol", "independent")
 SKY = make.world((0.3, 0.4, 0.6))
