@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..core import vectors
 from .camera_nodes import camera_position, window_coordinates
+from .followed import coordinates_of
 from .graph import NodeView
 from .ir import VECTOR, Op, Value, lane_op
 from .registry import Outputs, node
@@ -58,6 +59,22 @@ def object_space_normal(lanes: Any, *normal: Float32) -> Float32:
     return n if to_object is None else vectors.normalize(to_object(n))
 
 
+@lane_op(VECTOR, moves=True)
+def normal_at_rest(lanes: Any, bent: Float32) -> Float32:
+    """The same where displacement bends it to `bent`, which coordinates that Bump follows take no notice of.
+
+    So it is in Cycles, on smooth faces: on flat ones, curves and points it has the bent normal to follow.
+    """
+    if not lanes.smooth:
+        return object_space_normal(lanes, bent)  # type: ignore[no-any-return]
+    if lanes.rounds is None:
+        return object_space_normal(lanes)  # type: ignore[no-any-return]
+    where = np.concatenate([lanes.rounds.curves, lanes.rounds.points])
+    normal = lanes.ns.copy()
+    normal[:, where] = np.broadcast_to(bent, normal.shape)[:, where]
+    return object_space_normal(lanes, normal)  # type: ignore[no-any-return]
+
+
 @lane_op(VECTOR, reads="object")
 def instancer_coordinates(lanes: Any, what: str) -> Float32:
     """Where on its instancer the object was placed, `what` being "uv" or "generated"."""
@@ -101,8 +118,8 @@ def tex_coord(n: NodeView) -> Outputs:
         table["UV"] = instancer_coordinates, ("uv",)
         if not in_world:
             table["Generated"] = instancer_coordinates, ("generated",)
-    if "Normal" in wanted and n.shift and n.bent():
-        n.approximate("the Bump of its Normal sees no change of it where displacement bends the surface")
+    if "Normal" in wanted and n.bent() and coordinates_of(n.node) in n.reader.followed:
+        table["Normal"] = normal_at_rest, ()
     looking = {"Normal", "Reflection"}
     found = {"Window": window_coordinates(n)} if "Window" in wanted else {}
     return found | {

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ..scene.snapshot import Graph, Link, Node
 from . import coverage
+from .followed import followed_coordinates
 from .ir import COLOR, FLOAT, VECTOR, Builder, Const, Op, Static, Value, lane_op
 from .registry import NODES, SHADERS
 
@@ -58,6 +60,11 @@ class GraphReader:
         self._outputs: dict[tuple[int, int], Mapping[str, Value | None]] = {}
         self._open: set[tuple[int, int]] = set()
         self.used = used_sockets(graph)
+
+    @cached_property
+    def followed(self) -> set[Hashable]:
+        """The coordinates (`coordinates_of`) that some Bump looks at from beside its point."""
+        return followed_coordinates(self.graph)
 
     def bend(self, normal: Value | None) -> None:
         """From now on this is the surface's normal, also for nodes that were read before it was known."""

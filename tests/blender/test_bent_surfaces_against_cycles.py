@@ -54,6 +54,53 @@ def test_node_sees_the_bent_normal(c, stage):
     check(scene, share=0.08, tolerance=0.02)
 
 
+def followed_by_a_bump(tree, kind, output, of_object):
+    """A black closure beside what shines, whose Bump's height comes from `output` of a node of its own."""
+    texture, bump = tree.nodes.new("ShaderNodeTexNoise"), tree.nodes.new("ShaderNodeBump")
+    black, both = tree.nodes.new("ShaderNodeBsdfDiffuse"), tree.nodes.new("ShaderNodeAddShader")
+    black.inputs["Color"].default_value = (0, 0, 0, 1)
+    if kind:
+        where = tree.nodes.new("ShaderNode" + kind)
+        if of_object:
+            where.object = bpy.data.objects["Box"]
+        tree.links.new(where.outputs[output], texture.inputs["Vector"])
+    tree.links.new(texture.outputs[0], bump.inputs["Height"])
+    tree.links.new(bump.outputs[0], black.inputs["Normal"])
+    shine, end = (next(n for n in tree.nodes if n.type == t) for t in ("EMISSION", "OUTPUT_MATERIAL"))
+    for k, closure in enumerate((shine, black)):
+        tree.links.new(closure.outputs[0], both.inputs[k])
+    tree.links.new(both.outputs[0], end.inputs["Surface"])
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 2, 0), reason="Cycles before 5.2 bends these too")
+@pytest.mark.parametrize(
+    ("kind", "output", "of_object"),
+    [
+        ("TexCoord", "Generated", False),
+        ("", "", False),
+        ("TexCoord", "Object", True),
+        ("NewGeometry", "Position", False),
+    ],
+)
+def test_coordinates_that_a_bump_follows_have_the_normal_of_the_surface_at_rest(
+    kind, output, of_object, stage
+):
+    """On smooth faces, for all that read them: nodes of the same coordinates, but no others, are one."""
+    scene, tree = stage
+    set_up(tree, case("TexCoord", "Normal").values[0])
+    raised(tree, next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL"))
+    followed_by_a_bump(tree, kind, output, of_object)
+    check(scene, share=0.08, tolerance=0.02)
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 2, 0), reason="Cycles before 5.2 bends these too")
+def test_bump_of_the_normal_of_a_surface_that_displacement_bends(stage):
+    scene, tree = stage
+    set_up(tree, case("Bump", "Normal", links={"Height": ("TexCoord", "Normal"), "Distance": 3.0}).values[0])
+    raised(tree, next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL"))
+    check(scene, share=0.08, tolerance=0.02)
+
+
 def test_bump_of_a_constant_height_hands_on_its_normal_as_it_is(stage):
     """Whatever its length: Cycles folds the node away."""
     scene, tree = stage
