@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..nodes.coverage import EXACT, IGNORED, Coverage
-from ..scene.snapshot import Link
+from ..nodes.followed import behind
 from .words import inexact
 
 STATES = ("exact", "approximate", "ignored")
@@ -62,7 +62,8 @@ def sections(snapshot, coverage) -> list[Section]:
 
 def whole(graph, entries) -> tuple[Coverage, ...]:
     """The entries of a graph's nodes, and one for each node that was not even looked at."""
-    met, of_volume = {entry.node for entry in entries}, behind(graph, "Volume")
+    met = {entry.node for entry in entries}
+    of_volume = behind(graph, [link for name, link in graph.outputs.items() if name == "Volume"])
     unused = [
         Coverage(graph.name, node.name, *((IGNORED, LEFT_OUT) if number in of_volume else (EXACT, NO_EFFECT)))
         for number, node in enumerate(graph.nodes)
@@ -70,18 +71,6 @@ def whole(graph, entries) -> tuple[Coverage, ...]:
     ]
     every = [*entries, *unused]
     return tuple(e for e in every if e.state != EXACT or not e.node.startswith(OWN_NODES))
-
-
-def behind(graph, output: str) -> set[int]:
-    """The numbers of the nodes that one of the graph's outputs is made of."""
-    found: set[int] = set()
-    ahead = [graph.outputs[output]] if output in graph.outputs else []
-    while ahead:
-        number = ahead.pop().node
-        if number not in found:
-            found.add(number)
-            ahead += [value for value in graph.nodes[number].inputs.values() if isinstance(value, Link)]
-    return found
 
 
 def totals(listed) -> Counter[str]:

@@ -24,17 +24,22 @@ def coordinates_of(node: Node) -> Hashable:
 
 def followed_coordinates(graph: Graph) -> set[Hashable]:
     """The coordinates (`coordinates_of`) that the heights of a graph's Bumps come from."""
-    bumps = [node for node in behind(graph, graph.outputs.values()) if node.kind == "Bump"]
+    bumps = [node for node in nodes_behind(graph, graph.outputs.values()) if node.kind == "Bump"]
     heights = [h for h in (bump.inputs.get("Height") for bump in bumps) if isinstance(h, Link)]
-    nodes = behind(graph, heights)
+    nodes = nodes_behind(graph, heights)
     followed = {coordinates_of(node) for node in nodes if node.kind == "TexCoord"}
     if any(node.kind in TEXTURES and node.inputs.get("Vector") is None for node in nodes):
         followed.add(PLAIN)
     return followed
 
 
-def behind(graph: Graph, links: Iterable[Link]) -> list[Node]:
+def nodes_behind(graph: Graph, links: Iterable[Link]) -> list[Node]:
     """The nodes that these links come from, at whatever distance."""
+    return [graph.nodes[k] for k in sorted(behind(graph, links))]
+
+
+def behind(graph: Graph, links: Iterable[Link]) -> set[int]:
+    """Their numbers."""
     found: set[int] = set()
     ahead = [link.node for link in links]
     while ahead:
@@ -42,4 +47,4 @@ def behind(graph: Graph, links: Iterable[Link]) -> list[Node]:
         if number not in found and 0 <= number < len(graph.nodes):
             found.add(number)
             ahead += [v.node for v in graph.nodes[number].inputs.values() if isinstance(v, Link)]
-    return [graph.nodes[k] for k in sorted(found)]
+    return found
