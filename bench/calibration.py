@@ -1,6 +1,6 @@
 """Are the errors that a render tells true? `python -m bench.calibration` writes docs/calibration.md.
 
-`python -m bench.calibration coverage` (or bias, predictions, targets, adaptive) measures that part of it
+`python -m bench.calibration coverage` (or z, bias, predictions, targets, adaptive) measures that part of it
 alone, and `page` writes it from what has been measured so far.
 
 Six small scenes, many seeds; the truth is the mean of all the other seeds' renders. Each part's result lies
@@ -35,9 +35,9 @@ from support import scenes as make
 
 FOLDER = machine.ROOT / "out" / "bench" / "calibration"
 SIZE, SAMPLES, SEEDS, FEW, DEPTH = 32, 64, 100, 16, 4
-STEADY = (
-    4.0  # times their mean, or a part of it: within that are all seeds' stated variances of a steady pixel
-)
+MORE, MORE_SEEDS = 1 << 10, 24  # samples with which z is asked again
+STEADY = 4.0  # times their mean or a part of it: within are all seeds' stated variances of a steady pixel
+ROUNDING = 1e-6  # of a pixel: the standard error of one that sees the sky alone is but float32's
 SAMPLERS = ("sobol", "independent")
 SKY = make.world((0.3, 0.4, 0.6))
 BULB = LightData("POINT", "bulb", make.translation(0.8, -1.0, 2.2), 90.0, radius=0.2)
@@ -117,18 +117,34 @@ def coverage(name: str, sampler: str) -> dict[str, Any]:
     shrink = np.sqrt((SEEDS - 1) / SEEDS)
     true = np.array([errors(o + shrink * (image - o), o) for image, o in zip(images, others, strict=True)])
     inside = (stated[..., 1] <= true) & (true <= stated[..., 2])
-    variance = found["standard_error"].astype(np.float64) ** 2
-    mean = variance.mean(axis=0)
-    steady = (variance.max(axis=0) < STEADY * mean) & (variance.min(axis=0) > mean / STEADY)
-    z = (shrink * (images - others))[:, steady] / np.sqrt(variance[:, steady])
     return {
         "inside": inside.mean(axis=0).tolist(),
         "fireflies": float(np.median(found["fireflies"])),
         "ratio": (stated[..., 0].mean(axis=0) / true.mean(axis=0)).tolist(),
         "relative": float(np.sqrt(true[:, 1].mean())),
-        "steady": float(steady.mean()),
-        "z": float(z.std()) if steady.any() else None,
+        **z_scores(images, found["standard_error"]),
     }
+
+
+def z_scores(images: np.ndarray, standard_error: np.ndarray) -> dict[str, Any]:
+    """How many pixels are steady over all seeds, and the spread of their errors over the stated ones."""
+    number = len(images)
+    # from the mean of the others, whose own error is 1/(number − 1) of the variance
+    off = (images - images.mean(axis=0)) * np.sqrt(number / (number - 1))
+    variance = standard_error.astype(np.float64) ** 2
+    mean = variance.mean(axis=0)
+    steady = (variance.max(axis=0) < STEADY * mean) & (variance.min(axis=0) > mean / STEADY)
+    steady &= mean > (ROUNDING * images.mean(axis=0)) ** 2
+    z = off[:, steady] / np.sqrt(variance[:, steady])
+    return {"steady": float(steady.mean()), "z": float(z.std()) if steady.any() else None}
+
+
+def z_of_more(name: str, sampler: str) -> dict[str, Any]:
+    """The same of renders with many samples."""
+    how = {"samples": MORE, "sampler": sampler}
+    films = [rendered(name, seed=4000 + k, **how) for k in range(MORE_SEEDS)]
+    images, stated = zip(*((picture(r), r.film.standard_error()) for r in films), strict=True)
+    return z_scores(np.array(images), np.array(stated))
 
 
 def targets(name: str) -> dict[str, Any]:
@@ -237,6 +253,7 @@ def parts() -> Iterator[tuple[str, Callable[[], dict[str, Any]]]]:
     for sampler in SAMPLERS:
         for name in SNAPSHOTS:
             yield f"coverage, {name}, {sampler}", lambda n=name, s=sampler: coverage(n, s)
+            yield f"z, {name}, {sampler}", lambda n=name, s=sampler: z_of_more(n, s)
             yield f"predictions, {name}, {sampler}", lambda n=name, s=sampler: predictions(n, s)
         if sampler == SAMPLERS[0]:
             for kind in SHORT:

@@ -31,7 +31,7 @@ from .shapes import MODELS, RR_DEPTH
 LADDER = ("direct_bsdf", "direct_emitter", "direct_mis", "path_fixed", "path_active", "path")
 LADDER_SCENES = ("S2", "room")
 SEEDS = 3
-LONGER = 20  # than each run a reference takes
+LONGER = 20  # times as long as a run a reference takes
 HEADER = """# Gallery
 
 Made by `python -m bench gallery`; not edited by hand. One core. Seconds are of that core; peers' are of so

@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections import Counter
 from typing import NamedTuple
 
-from ..nodes.coverage import EXACT, Coverage
+import numpy as np
+
+from ..nodes.coverage import EXACT, IGNORED, Coverage
+from ..scene.snapshot import Link
 from .words import inexact
 
 STATES = ("exact", "approximate", "ignored")
 OWN_NODES = "(conversion to "  # of the exporter (see `export.node_tree`)
 NO_EFFECT = "has no effect on the image"
+BLACK = "nothing is connected to it: black"
+LEFT_OUT = "a part of the volume, which is left out"
 
 
 class Section(NamedTuple):
@@ -38,6 +43,10 @@ def sections(snapshot, coverage) -> list[Section]:
     by_owner: dict[str, list[Coverage]] = {}
     for entry in coverage:
         by_owner.setdefault(entry.material, []).append(entry)
+    for number in np.unique(snapshot.instances.materials):
+        graph = snapshot.materials[number]
+        if not graph.nodes:  # nothing that coverage could know, and seen all the same
+            by_owner.setdefault(graph.name, [Coverage(graph.name, "Material Output", EXACT, BLACK)])
     owners = [("material", graph) for graph in snapshot.materials if graph.name in by_owner]
     owners += [("world", snapshot.world)] if snapshot.world is not None else []
     owners += [("light", lamp.graph) for lamp in snapshot.lights if lamp.graph is not None]
@@ -53,10 +62,26 @@ def sections(snapshot, coverage) -> list[Section]:
 
 def whole(graph, entries) -> tuple[Coverage, ...]:
     """The entries of a graph's nodes, and one for each node that was not even looked at."""
-    met = {entry.node for entry in entries}
-    unused = [Coverage(graph.name, n.name, EXACT, NO_EFFECT) for n in graph.nodes if n.name not in met]
+    met, of_volume = {entry.node for entry in entries}, behind(graph, "Volume")
+    unused = [
+        Coverage(graph.name, node.name, *((IGNORED, LEFT_OUT) if number in of_volume else (EXACT, NO_EFFECT)))
+        for number, node in enumerate(graph.nodes)
+        if node.name not in met
+    ]
     every = [*entries, *unused]
     return tuple(e for e in every if e.state != EXACT or not e.node.startswith(OWN_NODES))
+
+
+def behind(graph, output: str) -> set[int]:
+    """The numbers of the nodes that one of the graph's outputs is made of."""
+    found: set[int] = set()
+    ahead = [graph.outputs[output]] if output in graph.outputs else []
+    while ahead:
+        number = ahead.pop().node
+        if number not in found:
+            found.add(number)
+            ahead += [value for value in graph.nodes[number].inputs.values() if isinstance(value, Link)]
+    return found
 
 
 def totals(listed) -> Counter[str]:

@@ -81,7 +81,10 @@ class PTENGINE_MATERIAL_PT_coverage(CoveragePanel, bpy.types.Panel):
         layout = self.layout
         layout.operator("pt_engine.check_scene", icon="VIEWZOOM")
         name = context.material.name
-        if Session.checked or Session.last:
+        if record := Session.checked or Session.last:
+            if all(entry.material != name for entry in record.coverage):
+                layout.label(text="Not rendered, or nothing at its output", icon="INFO")
+                return
             own = {owner: found for owner, found in findings().items() if owner == name}
             draw_findings(layout, context, own)
 

@@ -8,14 +8,19 @@ from pathlib import Path
 import bpy
 
 from .failure import Failure
+from .passes import enabled
 
 
 def save_exr(path: Path, scene) -> list[Path]:
-    """The render result in linear 32-bit floats; the files written, one for each view."""
+    """The render result in linear 32-bit floats; the files written, one for each view.
+
+    The engine's own passes, where they are switched on, make layers of it.
+    """
     image = scene.render.image_settings
+    layers = any(enabled(layer) for layer in scene.view_layers if layer.use)
     if hasattr(image, "media_type"):  # Blender 5
-        image.media_type = "IMAGE"
-    image.file_format = "OPEN_EXR"
+        image.media_type = "MULTI_LAYER_IMAGE" if layers else "IMAGE"
+    image.file_format = "OPEN_EXR_MULTILAYER" if layers else "OPEN_EXR"
     image.color_mode, image.color_depth, image.exr_codec = "RGBA", "32", "ZIP"
     return save(path, scene)
 

@@ -37,6 +37,12 @@ def enabled(layer) -> tuple[Pass, ...]:
     return tuple(p for p in PASSES if getattr(own, p.switch, False))
 
 
+def switch_on(layer) -> None:
+    """All of them, in a view layer."""
+    for each in PASSES:
+        setattr(layer.pt_engine, each.switch, True)
+
+
 def wants_halves(layer) -> bool:
     """Whether the film has to keep its halves apart."""
     return any(p.switch == "use_pass_halves" for p in enabled(layer))

@@ -6,6 +6,7 @@ import math
 from collections import defaultdict
 
 from ..render.film_error import WORTH_TELLING
+from ..render.ledger import STAGES
 
 LISTED = 5  # lines in a message
 NAMED = 3  # materials in a line
@@ -75,7 +76,7 @@ def ledger_lines(stats, most: int = 4) -> list[str]:
     def share(rows) -> str:
         return ", ".join(f"{name} {seconds / whole:.0%}" for name, seconds in list(rows)[:most])
 
-    lines = ["Time: " + share((name, stage["seconds"]) for name, stage in books["stages"].items())]
+    lines = ["Time: " + share((STAGES[name], stage["seconds"]) for name, stage in books["stages"].items())]
     bounces = [f"{k}: {bounce['seconds'] / whole:.0%}" for k, bounce in enumerate(books["bounces"][:most])]
     lines.append("Bounces " + ", ".join(bounces))
     if books["effects"]:

@@ -34,9 +34,9 @@ def window(lanes: Any, in_world: bool, axis: int = 0, width: float = 0.0) -> Flo
 
 def window_coordinates(n: NodeView) -> Value:
     """Texture Coordinate's Window. Bump's steps in it are pixels, however the face lies, as in Cycles."""
-    axis, width = shift_of(n.shift)
-    step = (axis & ~REST, width) if axis & ~REST else ()
-    return n.call(window, static=(n.reader.world, *step))
+    code, width = shift_of(n.shift)
+    axis = code & ~REST
+    return n.call(window, static=(n.reader.world, axis, width) if axis else (n.reader.world,))
 
 
 @lane_op(VECTOR, reads="view")

@@ -260,7 +260,7 @@ def bright_contrast_node(n: NodeView) -> Outputs:
 
 @op(FLOAT)
 def folded_grey(c: Float32) -> Float32:
-    """Luminance as Blender has it where it converts a constant."""
+    """Luminance by the shorter digits that Blender has where it folds."""
     y: Float32 = 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]
     return y
 
@@ -336,9 +336,8 @@ def blackbody(folded: bool, temperature: Float32) -> Float32:
 
 @node("Blackbody")
 def blackbody_node(n: NodeView) -> Outputs:
-    return {
-        "Color": n.call(blackbody, n.float("Temperature", 6500.0), static=(bool(n.prop("folded", False)),))
-    }
+    folded = bool(n.prop("folded", False))
+    return {"Color": n.call(blackbody, n.float("Temperature", 6500.0), static=(folded,))}
 
 
 @op(COLOR)

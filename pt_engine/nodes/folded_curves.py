@@ -16,12 +16,10 @@ Tables = tuple[tuple[float, ...], ...]  # see `export.curve_nodes.folded`
 
 def at(table: tuple[float, ...], x: Float32) -> Float32:
     """A curve at x: linear between its samples, and along the straight lines that it has beyond them."""
-    low, high, before, falling, after, rising = table[:6]
-    inside = np.interp(x, np.linspace(low, high, len(table) - 6), table[6:])
-    below = before + falling * (x - low)
-    return np.where(x < low, below, np.where(x > high, after + rising * (x - high), inside)).astype(
-        np.float32
-    )
+    low, high, before, falling, after, rising, *values = table
+    inside = np.interp(x, np.linspace(low, high, len(values)), values)
+    below, above = before + falling * (x - low), after + rising * (x - high)
+    return np.where(x < low, below, np.where(x > high, above, inside)).astype(np.float32)
 
 
 @op(COLOR)

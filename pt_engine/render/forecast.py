@@ -7,9 +7,12 @@ as 1/n exactly. Sobol points go on gaining where they have gained; how much so i
 lie within 0.05 of that a. They lie best at powers of two: between them the error is above that line by
 ⅕ (1 − s)² in the logarithm.
 
-What is told falls faster while rare samples are told from light. How far it will be down at nine times the
-samples, blocks of pixels tell now (`film_blocks`); on the way there the line is steeper by as much, and
-afterwards it is as above.
+What is told falls faster while rare samples are told from light:
+
+    relMSE(n) = c n⁻ᵃ exp(e/n)
+
+since by the square of a level's relative noise, which is as 1/n, is relMSE too large in the first order. How
+far that will be down at nine times the samples, windows of pixels tell now (`film_windows`).
 
 The time goes on at the pace of the last half. Both, and the error's own interval, make the interval.
 """
@@ -23,8 +26,8 @@ import numpy as np
 
 from ..core.clock import stage
 from ..core.samplers import SAMPLERS
-from .film_blocks import LOG_FURTHER, outlook
 from .film_error import Z95
+from .film_windows import FURTHER, LOG_FURTHER, outlook
 
 if TYPE_CHECKING:
     from .progressive import Progress
@@ -37,6 +40,7 @@ PIXEL_COST = 1e-6  # seconds of the first look for each pixel, before that is kn
 EARLY = 0.1  # of a render: what was foretold there is told in the end
 GOES_ON = 2 / 3  # of the square of what stratification has gained
 BETWEEN = 1 / 5  # of that square is the logarithm of the error higher between powers of two
+STEPS = 16  # of Newton, more than it takes from 0 on: its lines lie above the curve, so it never overshoots
 EXPONENT_SPREAD = {False: 0.01, True: 0.05}  # correlated samples or not
 UNEVEN = {False: 0.0, True: 0.03}  # spread of log relMSE about the line, beyond its own
 PACE_SPREAD = 0.04  # of the time for a sample
@@ -53,7 +57,7 @@ class Look(NamedTuple):
     stratified : float
         s, what stratification left.
     falls, doubt
-        See `film_blocks.Outlook`.
+        See `film_windows.Outlook`.
     best : float
         Part of the pixels that have a power of two samples.
     """
@@ -79,13 +83,21 @@ class Look(NamedTuple):
 
     def falls_by(self, growth: float) -> float:
         """How far relMSE's logarithm is down when that of the samples has grown."""
-        return self.exponent * growth + self.falls * min(growth / LOG_FURTHER, 1.0)
+        return self.exponent * growth - self.excess * float(np.expm1(-growth))
+
+    @property
+    def excess(self) -> float:
+        """How far relMSE's logarithm is above the line: the e/n of now."""
+        return self.falls / (1.0 - 1.0 / FURTHER)
 
     def growth_until(self, fall: float) -> float:
-        """How much the logarithm of the samples grows until relMSE's is so far down."""
+        """How much the logarithm of the samples grows until relMSE's is so far down: by Newton."""
         fall += BETWEEN * self.gained * self.best
-        early = fall / (self.exponent + self.falls / LOG_FURTHER)
-        return early if early < LOG_FURTHER else (fall - self.falls) / self.exponent
+        growth = 0.0
+        for _ in range(STEPS):
+            slope = self.exponent + self.excess * float(np.exp(-growth))
+            growth += (fall - self.falls_by(growth)) / slope
+        return growth
 
     def spread_after(self, growth: float, exponent_spread: float) -> float:
         """Standard deviation of the growth that was foretold."""

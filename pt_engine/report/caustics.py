@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from ..nodes.batch import Closure, model
 from ..scene.scene import DEPTHS, Scene
 from ..scene.shading import ShadedBSDF, SliceBSDF
+from ..scene.versions import changed
 
 if TYPE_CHECKING:
     from ..render.path_state import PathState
@@ -45,11 +45,13 @@ def is_specular(bsdf: object) -> bool:
 
 def without_caustics(scene: Scene) -> Scene:
     """The same scene; paths remember how often they have scattered diffusely."""
-    made = copy.copy(scene)
-    made.__class__ = WithoutCaustics
-    made.tracks_history = True
-    made.tracked_depths = tuple(sorted({*scene.tracked_depths, "diffuse_depth"} & DEPTHS))
-    return made
+    return changed(scene, _drop_caustics)
+
+
+def _drop_caustics(scene: Scene) -> None:
+    scene.__class__ = WithoutCaustics
+    scene.tracks_history = True
+    scene.tracked_depths = tuple(sorted({*scene.tracked_depths, "diffuse_depth"} & DEPTHS))
 
 
 def why_no_caustics(scene: Scene) -> str:

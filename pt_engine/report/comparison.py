@@ -21,7 +21,7 @@ from .errors import bias, least_known, relative_mse
 from .fits import Estimate, at, geometric_mean_of, mean_of, slope, widened
 from .reference import Reference
 from .runs import Asked, Point, Runs, never, plain
-from .verdict import verdict
+from .verdict import blind_spots, verdict
 
 SCHEMA = "pt_engine.comparison/2"
 Told = Callable[[str], None]
@@ -79,7 +79,8 @@ def compare(
         show(runs.contender.name, difference_picture(runs.mean.mean, reference.picture.mean))
     if measured:
         samples = min(points[-1].samples for runs in measured for points in runs.points)
-        rows = [row(runs, measured[0], reference, settings, seconds, samples) for runs in measured]
+        doubt = in_doubt(measured[0], reference, settings)
+        rows = [row(runs, measured[0], reference, settings, seconds, samples, doubt) for runs in measured]
         result |= {"samples": samples, "rows": rows}
     return result
 
@@ -110,12 +111,25 @@ def measured_in_rounds(
     return everyone
 
 
+def in_doubt(base: Runs, reference: Reference, settings: RenderSettings) -> bool:
+    """Whether the settings as set differ from the reference though they can see all that it shows."""
+    blind = any(blind_spots(base.contender.scene, settings, settings.max_depth))
+    return not blind and bias(base.mean, reference.picture).significant
+
+
 def row(
-    runs: Runs, base: Runs, reference: Reference, settings: RenderSettings, seconds: float, samples: float
+    runs: Runs,
+    base: Runs,
+    reference: Reference,
+    settings: RenderSettings,
+    seconds: float,
+    samples: float,
+    doubt: bool,
 ) -> dict[str, Any]:
-    """What is told of one contender."""
+    """What is told of one contender; in `doubt` what the base shows as well has no cause of its own."""
     contender, least = runs.contender, least_known(reference.picture)
     found = bias(runs.mean, reference.picture)
+    as_base = doubt and runs is not base and not bias(runs.mean, base.mean).significant
     return {
         "name": contender.name,
         "changes": changes(contender, settings),
@@ -129,7 +143,7 @@ def row(
         "slope": _told(mean_of([slope_of(points, least) for points in runs.points])),
         "bias": found._asdict(),
         "nonfinite": runs.nonfinite,
-        "verdict": verdict(contender.scene, contender.settings, settings.max_depth, found),
+        "verdict": verdict(contender.scene, contender.settings, settings.max_depth, found, as_base),
     }
 
 

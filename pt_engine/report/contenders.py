@@ -5,7 +5,6 @@ Each is a change of the settings, or of how the prepared scene chooses its light
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -15,6 +14,7 @@ from ..render import integrators  # noqa: F401  fills the registry
 from ..render.integrator import INTEGRATORS
 from ..render.settings import RenderSettings
 from ..scene.scene import Scene
+from ..scene.versions import changed
 
 BASE, ADAPTIVE = "as set", "adaptive"
 NO_ESTIMATOR = ("normals",)  # pictures of something else
@@ -105,10 +105,11 @@ def _clamping(base: Contender) -> Iterator[Contender]:
 
 def by_power(scene: Scene) -> Scene:
     """The same scene, its lights chosen by their power wherever the shaded point is."""
-    plain = copy.copy(scene)
-    plain.lights = scene.lights.changed(_by_power)
-    return plain
+    return changed(scene, _choose_by_power)
 
 
-def _by_power(lights: Lights) -> None:
-    lights.by_place = None
+def _choose_by_power(scene: Scene) -> None:
+    def forget_place(lights: Lights) -> None:
+        lights.by_place = None
+
+    scene.lights = scene.lights.changed(forget_place)

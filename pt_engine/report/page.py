@@ -80,6 +80,7 @@ def render_page(
         accuracy=accuracy(stats),
         fireflies=fireflies(stats),
         curve=error_curve(stats),
+        phases=phases(stats["seconds"]),
         ledger=ledger(stats.get("ledger")),
         left_out=[left_out(sample) for sample in stats["nonfinite"]["samples"]],
         command=command,
@@ -88,6 +89,20 @@ def render_page(
         **coverage(stats["coverage"]),
     )
     write_whole(path, text)
+
+
+PHASES = {
+    "export": "reading the scene",
+    "build": "preparing it",
+    "render": "rendering",
+    "write": "writing files",
+    "other": "the rest",
+}
+
+
+def phases(seconds: Mapping[str, float]) -> list[tuple[str, float]]:
+    """What a render's time is made of, without phases of less than a millisecond."""
+    return [(told, seconds[name]) for name, told in PHASES.items() if seconds.get(name, 0.0) >= 1e-3]
 
 
 def accuracy(stats: Stats) -> dict[str, float] | None:
@@ -213,6 +228,7 @@ def comparison_page(
 def whatif_page(path: Path, result: Stats) -> None:
     """The page of effects taken out one at a time."""
     present = [row for row in result["effects"] if row["present"]]
+    seen = [(row["name"], 100 * row["difference"]) for row in present if row["beyond_noise"]]
     text = filled(
         "whatif.html",
         title="What each effect costs",
@@ -221,8 +237,6 @@ def whatif_page(path: Path, result: Stats) -> None:
         rows=[whatif_cells(row, result["seconds"]) for row in present],
         missing=[row for row in result["effects"] if not row["present"]],
         seconds=figures.bars("core seconds", [(r["name"], r["seconds"]) for r in present], "core seconds"),
-        difference=figures.bars(
-            "difference", [(r["name"], 100 * r["difference"]) for r in present], "RMS, % of the mean"
-        ),
+        difference=figures.bars("difference", seen, "RMS, % of the mean") if seen else "",
     )
     write_whole(path, text)

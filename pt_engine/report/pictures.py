@@ -73,6 +73,7 @@ def compare_files(a: Path, b: Path) -> dict[str, Any]:
         "flip": None,
         "flip_missing": "",
         "z": None,
+        "worst": None,
         "p": None,
     }
     try:
@@ -81,7 +82,7 @@ def compare_files(a: Path, b: Path) -> dict[str, Any]:
         found["flip_missing"] = str(problem)
     if first.variance is not None or second.variance is not None:
         test = bias(first, second)
-        found |= {"z": test.z, "p": test.p}
+        found |= {"z": test.z, "worst": test.worst, "p": test.p}
     return found
 
 
@@ -108,7 +109,11 @@ def lines(found: Mapping[str, Any]) -> list[str]:
     ]
     if found["z"] is None:
         text.append(f"  z-test  none: neither file has a pass {NOISE} that knows it")
+        text.append("          (render --passes writes it)")
     else:
         verdict = "they differ by more than noise" if found["p"] < 1e-3 else "they differ as noise does"
-        text.append(f"  z-test  z = {found['z']:.2f}, p = {found['p']:.2g}: {verdict}")
+        z = f"z = {found['z']:.2f}"
+        if abs(found["worst"]) > abs(found["z"]):
+            z += f", {found['worst']:.2f} in a part of the image"
+        text.append(f"  z-test  {z}, p = {found['p']:.2g}: {verdict}")
     return text

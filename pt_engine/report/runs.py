@@ -1,6 +1,8 @@
 """One contender measured: squared error against core seconds, over a few runs with other seeds.
 
-Seconds are of CPU cores, summed over threads: what other programs on the machine do does not count.
+Seconds are of CPU cores, summed over threads: what other programs on the machine do does not count. What is
+measured is the film, the light of the whole scene: nobody knows the noise of the picture that shadow
+catchers leave of it.
 """
 
 from __future__ import annotations
@@ -75,7 +77,7 @@ class Runs:
             return False
         self.points.append(watch.finish(result.progress))
         self.nonfinite += result.progress.nonfinite_count
-        self._image = self._image + colours(result.image())
+        self._image = self._image + colours(result.film.image())
         self._variance = self._variance + result.film.variance_of_mean()
         return True
 
@@ -133,7 +135,7 @@ class Watch:
     def _note(self, progress: Progress) -> None:
         seconds, before = self.seconds, time.process_time()
         samples = progress.camera_samples / progress.film.pixels
-        self._points.append(Point(samples, seconds, mse(colours(progress.image()), self._reference)))
+        self._points.append(Point(samples, seconds, mse(colours(progress.film.image()), self._reference)))
         self._away += time.process_time() - before
 
     def finish(self, progress: Progress) -> list[Point]:

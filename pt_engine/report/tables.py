@@ -131,11 +131,16 @@ def whatif_cells(row: Mapping[str, Any], whole: float) -> list[str]:
         row["name"],
         f"{row['seconds']:+.2f} ±{half:.2f} s",
         f"{row['seconds'] / whole:+.0%}" if whole > 0 else "?",
-        f"{row['difference']:.2%}" if row["beyond_noise"] else f"< {row['difference_high']:.2%}",
+        f"{row['difference']:.2%}" if row["beyond_noise"] else hidden(row["difference_high"]),
         f"{row['energy']:+.1%}",
-        f"{row['noise']:.2f} x",
+        f"{row['noise']:.2f} x" if math.isfinite(row["noise"]) else "all",
         price(per_second, least) if row["beyond_noise"] else "?",
     ]
+
+
+def hidden(high: float) -> str:
+    """The most that a difference may be which noise hides, in figures that are not all 0."""
+    return f"< {max(high, 1e-4):.2%}"
 
 
 def price(per_second: float, least: str) -> str:

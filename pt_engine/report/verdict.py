@@ -12,17 +12,35 @@ from .errors import Bias
 from .fits import two_sided_p
 
 
-def verdict(scene: Scene, settings: RenderSettings, reference_depth: int, found: Bias) -> str:
-    """Why an estimate is biased and how much; "" where chance explains the difference."""
+def verdict(
+    scene: Scene, settings: RenderSettings, reference_depth: int, found: Bias, as_base: bool = False
+) -> str:
+    """Why an estimate is biased and how much; "" where chance explains the difference.
+
+    `as_base`: it cannot be told from the settings as set, which differ though they have no blind spot; so its
+    own are not to blame.
+    """
     if not found.significant:
         return ""
     causes = list(blind_spots(scene, settings, reference_depth))
-    why = " and ".join(causes) if causes else "differs from the reference"
-    what = "biased" if causes else "biased, or rare bright samples are yet to come"
+    if as_base:
+        why, what = "differs as the settings as set do", ""
+    elif causes:
+        why, what = " and ".join(causes), ", biased"
+    else:
+        why, what = "differs from the reference", f", biased, or {unlucky(scene)}"
     z = f"z = {found.z:.1f}"
     if two_sided_p(found.z) > two_sided_p(found.worst):
         z += f", {found.worst:.1f} in a part of the image"
-    return f"{why}: {found.relative:+.1%} energy, {what} ({z})".replace("-", "\N{MINUS SIGN}")
+    return f"{why}: {found.relative:+.1%} energy{what} ({z})".replace("-", "\N{MINUS SIGN}")
+
+
+def unlucky(scene: Scene) -> str:
+    """What z does not know of the noise."""
+    rare = "rare bright samples are yet to come"
+    if scene.features.get("motion blur") == ON:
+        return f"{rare}, or moments of the shutter, which pixels share"
+    return rare
 
 
 def hittable(scene: Scene) -> bool:

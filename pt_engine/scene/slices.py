@@ -154,12 +154,15 @@ class Slices:
 
     def through(self, scene: Scene, snapshot: Snapshot) -> Slices:
         """The slices of `scene` seen by the camera of `snapshot`, which may move."""
-        other = copy.copy(self)
         assert snapshot.motion is not None
-        other._scene, other._movement = (
-            scene,
-            self._movement.seen_by(snapshot.camera, snapshot.motion.cameras),
-        )
+        other = self.of(scene)
+        other._movement = self._movement.seen_by(snapshot.camera, snapshot.motion.cameras)
+        return other
+
+    def of(self, scene: Scene) -> Slices:
+        """The slices of `scene`, a copy of the prepared one that shades or chooses its lights otherwise."""
+        other = copy.copy(self)
+        other._scene = scene
         return other
 
     def at(self, u: float, down: float = 0.5) -> Scene:

@@ -68,7 +68,8 @@ class OpenFile:
         return file
 
     def _error(self, reason: str) -> ImageError:
-        return ImageError(f"{self.name}: {reason.strip() or 'cannot be read'}".replace(self._path, self.name))
+        told = next(iter(reason.strip().splitlines()), "cannot be read")  # the rest says it again
+        return ImageError(f"{self.name}: {told}".replace(self._path, self.name))
 
     def _header(self) -> Header:
         spec = self._spec

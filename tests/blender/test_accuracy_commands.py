@@ -92,6 +92,18 @@ def test_compare_takes_a_given_reference(run, blend, tmp_path):
     assert "has 16x12 pixels, the render 8x8" in err
 
 
+def test_with_shadow_catchers_no_picture_is_a_reference(run, tmp_path):
+    """A ratio of several films has not the light of the whole scene."""
+    engine_scene()
+    bpy.data.objects["Cube"].is_shadow_catcher = True
+    blend, exr = tmp_path / "caught.blend", tmp_path / "r.exr"
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    assert run("render", blend, "-o", exr, "--samples", 2, *QUICK)[0] == 0
+    code, _, err = run("compare", blend, "--reference", exr, "--seconds", 0.02, *QUICK)
+    assert code == 2
+    assert "which no picture shows" in err
+
+
 def test_two_images_are_compared(run, blend, tmp_path):
     for seed, name in ((1, "a.exr"), (2, "b.exr")):
         run("render", blend, "-o", tmp_path / name, "--samples", 2, "--seed", seed, *QUICK)
@@ -224,3 +236,17 @@ def test_the_button_writes_a_page_and_leaves_the_files_output_settings(tmp_path)
     assert (image.file_format, image.color_mode, image.color_depth) == before
     Session.last = None
     assert not bpy.ops.pt_engine.open_report.poll()
+
+
+def test_two_renders_with_their_passes_have_a_z_test(run, blend, tmp_path):
+    """Other seeds of the same differ as noise does; a shorter depth by more."""
+    renders = {"a": ("--seed", 1), "b": ("--seed", 2), "short": ("--seed", 3, "--max-depth", 1)}
+    for name, more in renders.items():
+        out = tmp_path / f"{name}.exr"
+        assert run("render", blend, "-o", out, "--passes", "--samples", 32, *more, *QUICK)[0] == 0
+    told = run("compare", tmp_path / "a.exr", tmp_path / "b.exr")[1]
+    assert "they differ as noise does" in told
+    assert "they differ by more than noise" in run("compare", tmp_path / "short.exr", tmp_path / "b.exr")[1]
+    assert run("render", blend, "-o", tmp_path / "plain.exr", "--samples", 4, *QUICK)[0] == 0
+    plain = run("compare", tmp_path / "plain.exr", tmp_path / "plain.exr")[1]
+    assert "(render --passes writes it)" in plain

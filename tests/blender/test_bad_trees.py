@@ -177,4 +177,4 @@ def test_a_library_that_is_gone(tmp_path):
     bpy.ops.wm.save_as_mainfile(filepath=str(here))
     library.unlink()
     bpy.ops.wm.open_mainfile(filepath=str(here))
-    check(bpy.data.materials["Far"])
+    check(bpy.data.materials["Far"], "in place of what //library.blend had")

@@ -164,6 +164,15 @@ def test_long_lists_end_with_how_many_there_are_more(scene):
     assert layout.labels[-1] == "and 6 more"
 
 
+def test_a_material_that_was_not_rendered_is_not_called_exact(scene):
+    bpy.ops.pt_engine.check_scene()
+    for name, told in (("Worn", "Worn"), ("Shelved", "Not rendered, or nothing at its output")):
+        panel, context = SimpleNamespace(layout=Layout()), a_panel(300)
+        context.material = bpy.data.materials.get(name) or bpy.data.materials.new(name)
+        coverage_panel.PTENGINE_MATERIAL_PT_coverage.draw(panel, context)
+        assert panel.layout.labels[0] == told
+
+
 def test_lines_are_as_wide_as_the_panel():
     """About six pixels a character, never less than a word's width; nothing is lost."""
     text = "the shader as lit by even white light, without shadows or lamps"

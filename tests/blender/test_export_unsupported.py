@@ -76,3 +76,27 @@ def test_what_is_observed_is_not(scene):
     bpy.data.lights["Lamp"].cycles.max_bounces = 1
     scene.render.use_motion_blur, scene.cycles.rolling_shutter_type = True, "TOP"
     assert named() == set()
+
+
+def test_what_a_lost_library_was_to_bring_is_named(scene, tmp_path):
+    """Blender's placeholders are empty: a black box, an object less, and no world."""
+    blocks = {
+        bpy.data.materials.new("Wood"),
+        bpy.data.worlds.new("Sky"),
+        bpy.data.objects.new("Ball", cube()),
+        bpy.data.materials.new("Unused"),
+    }
+    bpy.data.libraries.write(str(tmp_path / "lost.blend"), blocks, fake_user=True)
+    made = empty_scene()
+    with bpy.data.libraries.load(str(tmp_path / "lost.blend"), link=True) as (there, linked):
+        linked.materials, linked.worlds, linked.objects = there.materials, ["Sky"], ["Ball"]
+    made.world = linked.worlds[0]
+    made.collection.objects.link(linked.objects[0])
+    add(cube(), "Box").data.materials.append(bpy.data.materials["Wood"])
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    assert named() == set()
+    (tmp_path / "lost.blend").unlink()
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
+    lost = export().unsupported
+    assert {where for where, _, _ in lost} == {"Material Wood", "World Sky", "Object Ball"}
+    assert all("lost.blend" in effect for _, _, effect in lost)

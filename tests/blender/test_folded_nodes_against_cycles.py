@@ -7,7 +7,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 from support import cycles_nodes  # noqa: E402
-from support.bpy_nodes import with_nodes  # noqa: E402
+from support.bpy_nodes import BLENDER_5, with_nodes  # noqa: E402
 from support.bpy_scenes import empty_scene  # noqa: E402
 from support.node_lanes import NodeLanes  # noqa: E402
 from support.parity.recipes import RAMPS  # noqa: E402
@@ -17,11 +17,11 @@ from pt_engine.blender.export.materials import export_material  # noqa: E402
 from pt_engine.nodes.compile import compile_materials  # noqa: E402
 
 KINDS = ("FloatCurve", "RGBCurve", "VectorCurve")
+EXTENDS = ("HORIZONTAL", "EXTRAPOLATED")
+CLIP = (-0.2, 0.8)
 INPUTS = ((0.0, 0.3, 0.7), (0.95, 2.0, -0.6), (-2.0, 0.137, 0.51))
 CASES = [
-    *itertools.product(
-        KINDS, (False, True), ("HORIZONTAL", "EXTRAPOLATED"), INPUTS, (1.0, 0.4), (False, True)
-    ),
+    *itertools.product(KINDS, (False, True), EXTENDS, INPUTS, (1.0, 0.4), (False, True)),
     *(("Blackbody", kelvin) for kelvin in (1.0, 900.0, 1742.0, 3088.0, 6500.0, 10369.0, 40000.0)),
     *(
         ("ValToRGB", ramp, at)
@@ -47,13 +47,11 @@ def of_one_input(kind, *given):
         node.inputs[0].default_value = given[-1]
     if kind == "ValToRGB":
         RAMPS[given[0]](node)
-    shine, end = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(node.outputs[0], shine.inputs[0])
-    tree.links.new(shine.outputs[0], end.inputs[0])
+    show(tree, node)
     return made
 
 
-def shining(kind, clip, extend, x, share, behind):
+def bent(kind, clip, extend, x, share, behind):
     """Steep curves, narrower or wider than the editor's range; the input behind a folded node or not."""
     made = bpy.data.materials.new("Folded")
     tree = with_nodes(made)
@@ -67,10 +65,15 @@ def shining(kind, clip, extend, x, share, behind):
         tree.links.new(source.outputs[0], node.inputs[1])
     else:
         node.inputs[1].default_value = {"FloatCurve": x[0], "RGBCurve": (*x, 1), "VectorCurve": x}[kind]
+    show(tree, node)
+    return made
+
+
+def show(tree, node):
+    """Let the material shine with the node's first output."""
     shine, end = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeOutputMaterial")
     tree.links.new(node.outputs[0], shine.inputs[0])
     tree.links.new(shine.outputs[0], end.inputs[0])
-    return made
 
 
 def bend(node, clip, extend):
@@ -83,7 +86,7 @@ def bend(node, clip, extend):
         curve.points.new(0.3, 0.9 - 0.2 * k)
     mapping.use_clip = clip
     if clip:
-        mapping.clip_min_y, mapping.clip_max_y = -0.2, 0.8
+        mapping.clip_min_y, mapping.clip_max_y = CLIP
     mapping.update()
 
 
@@ -91,7 +94,7 @@ def bend(node, clip, extend):
 def answers():
     """Case → Cycles' and our value."""
     empty_scene()
-    materials = [(shining if case[0] in KINDS else of_one_input)(*case) for case in CASES]
+    materials = [(bent if case[0] in KINDS else of_one_input)(*case) for case in CASES]
     table = {"A": np.zeros((3, cycles_nodes.SIDE**2), np.float32)}
     for number, material in enumerate(materials):
         sheet = cycles_nodes.sheet("Sheet", table, *cycles_nodes.place(number, len(CASES)))
@@ -110,13 +113,17 @@ def answers():
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: " ".join(str(part) for part in case))
 def test_a_node_of_constants(case, answers):
-    if case[0] in ("Blackbody", "RGBToBW") and bpy.app.version < (5, 0, 0):
+    if case[0] in ("Blackbody", "RGBToBW") and not BLENDER_5:
         pytest.skip("Cycles 4.5 rounds its colour matrices otherwise")
     theirs, ours = answers[case]
     np.testing.assert_allclose(ours, theirs, rtol=1e-5, atol=2e-6)
 
 
-def test_folding_makes_a_difference(answers):
-    """Clipped or not, and wider than its points or not."""
-    values = {case: theirs for case, (theirs, _) in answers.items()}
-    assert all(np.ptp([values[c] for c in CASES if c[0] == kind]) > 1 for kind in KINDS)
+@pytest.mark.parametrize("clip", [False, True])
+@pytest.mark.parametrize("kind", KINDS)
+def test_only_float_curves_are_clipped(kind, clip, answers):
+    """In Cycles' picture, where none of the input is mixed in; before Blender 5 nothing is folded."""
+    whole = itertools.product(EXTENDS, INPUTS, (1.0,), (False, True))
+    values = np.array([answers[kind, clip, *rest][0] for rest in whole])
+    inside = (values > CLIP[0] - 1e-6) & (values < CLIP[1] + 1e-6)
+    assert inside.all() == (kind == "FloatCurve" and clip and BLENDER_5)

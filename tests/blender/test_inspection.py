@@ -75,6 +75,40 @@ def test_coverage_lists_every_node_and_what_else_the_file_asks_for(run, blend):
     assert lines[-1] == ", ".join(f"{states.count(s)} {s}" for s in ("exact", "approximate", "ignored"))
 
 
+def with_a_tree(name):
+    """A new material with the nodes that Blender gives it."""
+    made = bpy.data.materials.new(name)
+    if not made.node_tree:  # before Blender 5
+        made.use_nodes = True
+    return made
+
+
+def test_what_a_volume_is_made_of_is_left_out_with_it_and_not_exact(run, tmp_path):
+    engine_scene()
+    cloud = with_a_tree("Cloud")
+    nodes, links = cloud.node_tree.nodes, cloud.node_tree.links
+    noise, volume = nodes.new("ShaderNodeTexNoise"), nodes.new("ShaderNodeVolumePrincipled")
+    output = next(node for node in nodes if node.bl_idname == "ShaderNodeOutputMaterial")
+    links.new(noise.outputs[0], volume.inputs["Density"])
+    links.new(volume.outputs[0], output.inputs["Volume"])
+    bpy.data.objects["Cube"].data.materials.append(cloud)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "cloud.blend"))
+    lines = run("coverage", tmp_path / "cloud.blend")[1].splitlines()
+    assert "  ignored      Principled Volume: the volume is left out: clear inside" in lines
+    assert "  ignored      Noise Texture: a part of the volume, which is left out" in lines
+
+
+def test_a_material_without_anything_at_its_output_is_told_to_be_black(run, tmp_path):
+    engine_scene()
+    bare = with_a_tree("Bare")
+    bare.node_tree.links.clear()
+    bpy.data.objects["Cube"].data.materials.append(bare)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "bare.blend"))
+    lines = run("coverage", tmp_path / "bare.blend")[1].splitlines()
+    place = lines.index("Material Bare")
+    assert lines[place + 1] == "  exact        Material Output: nothing is connected to it: black"
+
+
 def test_strict_coverage_ends_with_1(run, blend, tmp_path, monkeypatch):
     assert run("coverage", blend, "--strict")[0] == 1
     monkeypatch.setattr("pt_engine.blender.export.scene.scene_wide", lambda depsgraph, scene: [])
@@ -121,8 +155,23 @@ def test_explain_names_the_batch_mates_and_what_differs_in_the_batch(run, blend)
 def test_an_unknown_material_is_answered_with_near_names(run, blend):
     code, out, err = run("explain", blend, "plastik")
     assert (code, out) == (1, "")
-    assert "no material 'plastik' is rendered" in err
+    assert "no material 'plastik' is in" in err
     assert "is it Plastic" in err
+
+
+def test_a_collection_of_materials_needs_neither_camera_nor_somebody_who_wears_them(run, tmp_path):
+    scene = engine_scene()
+    scene.camera = None
+    with_a_tree("Shelved").use_fake_user = True
+    path = tmp_path / "library.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    code, out, err = run("coverage", path)
+    assert (code, err) == (0, "")
+    assert "World World" in out.splitlines()
+    code, out, err = run("explain", path, "Shelved")
+    assert (code, err) == (0, "")
+    assert out.startswith("Material Shelved: nodes: 1")
+    assert run("render", path, "-o", tmp_path / "x.exr", "--quiet")[2].rstrip().endswith("has no camera")
 
 
 @pytest.mark.parametrize("words", [("coverage",), ("explain", "X")])

@@ -269,5 +269,7 @@ def test_keeping_it_costs_less_than_one_per_cent(monkeypatch):
 def test_lines_for_the_panel(books_of_a_room):
     lines = ledger_lines({"ledger": books_of_a_room[0]})
     assert lines[0].startswith("Time: ")
+    told = [part.rpartition(" ")[0] for part in lines[0].removeprefix("Time: ").split(", ")]
+    assert set(told) < set(STAGES.values())
     assert "%" in lines[1]
     assert ledger_lines({}) == []

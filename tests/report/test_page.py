@@ -79,6 +79,11 @@ def test_render_page_has_it_all_and_fetches_nothing(rendered, tmp_path):
         assert part in text
     assert "Room &amp; &lt;Co&gt;, frame 7" in text
     assert "<b>bold" not in text
+    assert f"{stats['seconds']['total']:.3g} s in all: preparing it " in text  # not of the rendering alone
+    assert not re.search(r"\de-\d\d s of threads", text)
+    last = text[text.index('<section class="whole">') :]  # together: no last sheet with two lines
+    assert all(part in last for part in ("a b.blend", "Settings", "max_depth", "Versions", "embreex"))
+    assert re.search(r"@media print.*\.whole \{ break-inside: avoid", text, re.DOTALL)
     assert text.count("<svg ") == 3
     ids = re.findall(r' id="([^"]+)"', text)
     referred = set(re.findall(r'(?:url\(|href=")#([^")]+)', text))

@@ -15,6 +15,7 @@ from pt_engine.render.settings import RenderSettings
 from pt_engine.report import whatif as measuring
 from pt_engine.report.caustics import without_caustics
 from pt_engine.report.effects import EFFECTS, each_material, hard_shadows, matte, nodes, opaque
+from pt_engine.report.page import whatif_page
 from pt_engine.report.tables import whatif_lines
 from pt_engine.report.whatif import whatif
 from pt_engine.scene.prepare import prepare
@@ -92,6 +93,23 @@ def test_seconds_have_the_interval_that_renders_of_the_same_tell():
     assert not cheap["seconds_known"]
     assert cheap["difference_per_second"] == pytest.approx(0.1 / cheap["seconds_ci95"][1])
     assert any("> " in line for line in whatif_lines({"seconds": 10.0, "samples": 4, "effects": [cheap]}))
+
+
+def test_what_noise_hides_is_told_by_the_most_that_it_may_be(tmp_path):
+    """Never as `< 0.00%`, nor as a bar; and noise that is all of an effect's is no number of times."""
+    faint = row_of("faint", 1.0, [1.0, 1.0], 0.0) | {"beyond_noise": False, "difference_high": 1e-7}
+    strong = row_of("strong", 1.0, [1.0, 1.0], 0.3) | {"noise": np.inf}
+    rows = measuring.with_intervals([faint, strong])
+    told = whatif_lines({"seconds": 10.0, "samples": 4, "effects": rows})
+    (line,) = (line for line in told if line.startswith("faint"))
+    assert "< 0.01%" in line
+    assert " all " in next(line for line in told if line.startswith("strong"))
+    result = {"file": "a", "command": "", "samples": 4, "seconds": 10.0, "complete": True, "effects": rows}
+    whatif_page(tmp_path / "w.html", result | {"settings": {}, "versions": {}})
+    text = (tmp_path / "w.html").read_text(encoding="utf-8")
+    assert text.count("<svg ") == 2
+    assert text.count(">faint<") == 2  # in the table, and among the seconds
+    assert text.count(">strong<") == 3
 
 
 def test_world_light_is_all_of_a_scene_that_has_no_other():
@@ -204,6 +222,16 @@ def test_without_caustics_directly_seen_mirrors_stay_and_diffuse_ones_lose_light
     )
     with_, without = (render(s, settings).image()[..., :3] for s in (scene, without_caustics(scene)))
     assert with_.mean() > without.mean()
+
+
+def test_caustics_are_taken_out_of_every_moment_of_a_moving_scene():
+    """What moves is a camera that gets nowhere: the light is that of the scene which stands still."""
+    still = room(MIRROR)
+    scene = prepare(moving(still, cameras=(still.camera, still.camera)))
+    assert scene.slices is not None
+    settings = replace(SETTINGS, samples=64, max_depth=4)
+    one, other = (render(without_caustics(s), settings).image() for s in (scene, prepare(still)))
+    np.testing.assert_array_equal(one, other)
 
 
 def test_every_effect_leaves_the_given_snapshot_alone():

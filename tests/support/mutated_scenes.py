@@ -168,16 +168,23 @@ SCENES = (
     ),
     Mutation(
         "pixels that are ahead within a pass taken as they are",
-        "render/film_blocks.py",
+        "render/film_windows.py",
         "variance=moments.variance * ahead,",
         "variance=moments.variance,",
         "tests/render/test_forecast.py",
     ),
     Mutation(
-        "blocks of pixels that tell nothing of rare samples",
-        "render/film_blocks.py",
+        "windows that tell nothing of rare samples",
+        "render/film_windows.py",
         "min(max(found, 0.0), BELIEVED * now)",
         "0.0 * now",
+        "tests/render/test_forecast.py",
+    ),
+    Mutation(
+        "a window's mean variance taken for each pixel's",
+        "render/film_windows.py",
+        "OWN * image(moments.variance) + (1 - OWN) * window",
+        "1.0 * window",
         "tests/render/test_forecast.py",
     ),
     Mutation(

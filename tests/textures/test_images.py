@@ -126,6 +126,14 @@ def test_unusable_images_say_why(image):
         sample(image)
 
 
+def test_a_damaged_file_is_told_in_one_line():
+    """OpenImageIO's PNG reader says it twice, in two lines."""
+    cut = np.frombuffer(b"\x89PNG\r\n\x1a\n", np.uint8)
+    with pytest.raises(images.ImageError) as told:
+        sample(ImageData("cut", encoded=cut, suffix=".png"))
+    assert "\n" not in str(told.value)
+
+
 def test_no_such_image():
     with pytest.raises(images.ImageError):
         images.TextureStore([]).texture(3, "Linear", "REPEAT", False)

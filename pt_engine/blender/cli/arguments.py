@@ -49,6 +49,11 @@ def add_render(commands) -> None:
         "--png", type=path_ending("png"), metavar="P.png", help="through the file's view transform"
     )
     output.add_argument(
+        "--passes",
+        action="store_true",
+        help="with Standard Error, Sample Count, Half A and B as layers of the EXR",
+    )
+    output.add_argument(
         "--stats", type=path_ending("json"), metavar="S.json", help="statistics (docs/stats.md)"
     )
     output.add_argument("--report", type=path_ending("html"), metavar="P.html", help="a page to read")

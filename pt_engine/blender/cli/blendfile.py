@@ -23,7 +23,15 @@ VALUES = (
 
 
 def open_scene(arguments):
-    """The file's active scene, ready to render; its scripts are not run."""
+    """The file's active scene, ready to render."""
+    scene = open_settings(arguments)
+    if scene.camera is None:
+        raise Failure(f"scene {scene.name!r} of {arguments.file} has no camera")
+    return scene
+
+
+def open_settings(arguments):
+    """The file's active scene with the settings of the command line; its scripts are not run."""
     for path in arguments.plugins:
         try:
             plugins.load(path)
@@ -35,8 +43,6 @@ def open_scene(arguments):
     scene = bpy.context.scene
     scene.render.engine = ENGINE
     choose_frame(scene, arguments.frame)
-    if scene.camera is None:
-        raise Failure(f"scene {scene.name!r} of {arguments.file} has no camera")
     apply(scene, arguments)
     return scene
 

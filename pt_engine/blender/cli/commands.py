@@ -11,6 +11,7 @@ from ..failure import Failure
 from ..files import check_writable, write_all
 from ..output import save_exr, save_png
 from ..pages import write_page
+from ..passes import switch_on
 from ..record import Observer, close_times, write_json
 from .blendfile import choose_view_layer, open_scene
 from .comparison import compare_command, page_for, whatif_command
@@ -25,6 +26,9 @@ def render_command(arguments) -> None:
     outputs = [path for path in (arguments.output, arguments.png, arguments.stats) if path]
     page = page_for(arguments)
     scene = open_scene(arguments)
+    if arguments.passes:
+        for layer in scene.view_layers:
+            switch_on(layer)
     for path in outputs:
         check_writable(path)
     started = time.perf_counter()

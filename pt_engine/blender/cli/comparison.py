@@ -64,6 +64,11 @@ def compare_command(arguments) -> int:
 def reference_of(arguments, found, size: tuple[int, int], stop: Interruption) -> Reference:
     """A given picture, or one that is made."""
     if arguments.reference:
+        if found.scene.has_catchers:
+            raise UsageError(
+                "--reference: with shadow catchers it is the light of the whole scene that is compared, "
+                "which no picture shows: leave it out, and one is rendered"
+            )
         try:
             return given(arguments.reference, *size)
         except ValueError as problem:

@@ -49,7 +49,7 @@ def rotation_vectors(q):
     size = np.linalg.norm(q.astype(np.float64), axis=1, keepdims=True)
     q = q / (size + (size == 0))
     half = np.arccos(np.clip(q[:, :1], -1, 1))
-    sine = np.sin(half)
+    sine = np.sin(half)  # Blender, too, does not divide by less than 0.0005
     return q[:, 1:] / np.where(np.abs(sine) < 0.0005, 1, sine) * 2 * half
 
 

@@ -21,13 +21,9 @@ NAMES = (
     "Value VectorCurve VectorMath VectorRotate"
 )
 FOLDED = frozenset(NAMES.split())
-CURVES, MAPPING = "folded_curves", "texture_mapping"
-IN_ONE_WAY = {CURVES, MAPPING}  # settings that only Blender or only Cycles looks at
-FOLDED_OTHERWISE = {
-    "Blackbody",
-    "RGBToBW",
-    "ValToRGB",
-}  # than Cycles computes them: where they are, `folded` says so
+OTHERWISE = {"Blackbody", "RGBToBW", "ValToRGB"}  # folded, they are not quite what Cycles computes
+BLENDERS_OWN = {"folded_curves", "folded_clip"}  # settings that Cycles does not know
+CYCLES_OWN = {"texture_mapping"}  # and one that Blender does not fold by
 CONVERSION = "(conversion to "  # begins the names of nodes that stand for a socket's conversion
 
 
@@ -47,12 +43,7 @@ class IfFolded(NamedTuple):
 
 
 def settled(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
-    """Nodes, each after what feeds it, with every `Hidden` and `IfFolded` input and table decided."""
-    depends = any(isinstance(v, Hidden | IfFolded) for node in nodes for v in node.inputs.values())
-    if not depends and not any(
-        node.kind in FOLDED_OTHERWISE or IN_ONE_WAY & node.props.keys() for node in nodes
-    ):
-        return nodes
+    """Nodes, each after what feeds it, with all that depends on folding decided."""
     folded: list[bool] = []
     decided = []
     for node in nodes:
@@ -65,11 +56,10 @@ def settled(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
 
 
 def settings(node: Node, folds: bool) -> Mapping[str, object]:
-    """A node's settings and how Blender folds it, if it does: the texture mapping is Cycles' alone."""
-    if not folds:
-        return {name: value for name, value in node.props.items() if name not in (CURVES, "folded_clip")}
-    own = {name: value for name, value in node.props.items() if name != MAPPING}
-    return own | {"folded": True} if node.kind in FOLDED_OTHERWISE else own
+    """The settings by which a node is computed; `folded` if Blender does it, and otherwise than Cycles."""
+    foreign = CYCLES_OWN if folds else BLENDERS_OWN
+    own = {name: value for name, value in node.props.items() if name not in foreign}
+    return own | {"folded": True} if folds and node.kind in OTHERWISE else own
 
 
 def decide(value: object, folds: bool, folded: list[bool]) -> object:

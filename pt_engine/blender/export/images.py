@@ -15,6 +15,7 @@ import numpy as np
 from ...scene.snapshot import ImageData
 from ...textures.colorspace import srgb_to_linear
 from .image_files import file_path, tile_path
+from .lost import NOT_THERE, in_place_of
 
 BYTE_FILES = {".jpg", ".jpeg", ".jpe", ".webp", ".tga", ".bmp", ".png"}  # PNG may be 16-bit
 LINEAR_FILES = {".exr", ".hdr"}
@@ -53,8 +54,8 @@ class ImageTable:
         if image.source == "MOVIE":
             self.unsupported.append((where, "a movie", "one frame is used everywhere"))
         if getattr(image.original, "is_missing", False):
-            library = image.library.filepath if image.library else ""
-            self.unsupported.append((where, f"not in its library {library}", "Blender's placeholder, a grid"))
+            effect = f"Blender's placeholder, a grid{in_place_of(image)}"
+            self.unsupported.append((where, NOT_THERE, effect))
         return export_image(image, path)  # what is wrong with it the nodes that show it will say
 
     def _tiled(self, image) -> ImageData:

@@ -7,6 +7,7 @@ import numpy as np
 
 from ...scene.snapshot import UNLIMITED
 from .curves import hair_systems
+from .lost import lost
 
 UNEVEN = 1.01  # one axis is scaled by so much more than another
 
@@ -19,6 +20,7 @@ def scene_wide(depsgraph, scene) -> list[tuple[str, str, str]]:
         *texture_settings(scene),
         *world_bounces(depsgraph, scene),
         *(entry for owner in depsgraph.objects for entry in of_object(owner)),
+        *lost(depsgraph),
     ]
 
 
