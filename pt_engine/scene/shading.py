@@ -194,10 +194,13 @@ class SliceBSDF:
     def _valid(self, k: int, wo: Float32, cos_o: Float32, chosen: Int32 | None) -> NDArray[np.bool_]:
         """Whether `wo` is on one side of the surface and of the shading frame.
 
-        As in Cycles the surface is the smooth one for emitters' light, and the true one where the closure has
-        drawn `wo` itself: so its rays leave the surface, and none is lost between the two horizons.
+        As in Cycles the surface is the smooth one for emitters' light, the one that displacement bends to
+        bumps on it, and the true one where the closure has drawn `wo` itself: so its rays leave the surface,
+        and none is lost between the two horizons.
         """
-        horizon = self.lanes.horizon
+        closure, horizon = self.closures[k], self.lanes.horizon
+        if closure.base is not None and closure.normal is not closure.base and horizon is not self.lanes.ng:
+            horizon = closure.base
         valid = self._same_side(wo, cos_o, horizon)
         if chosen is None or horizon is self.lanes.ng:
             return valid
