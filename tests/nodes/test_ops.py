@@ -17,7 +17,7 @@ import pytest
 from support.node_lanes import NodeLanes
 
 from pt_engine import nodes
-from pt_engine.nodes import color_nodes, ir, light_path, math_nodes, vector_nodes, voronoi_nodes
+from pt_engine.nodes import color_nodes, coordinates, ir, light_path, math_nodes, vector_nodes, voronoi_nodes
 from pt_engine.nodes.compile import catalogue  # noqa: F401  (fills the registry)
 from pt_engine.nodes.coverage import CoverageLog
 from pt_engine.nodes.displacement import displaced_normal
@@ -263,7 +263,8 @@ def conversions() -> list[ir.Value]:
     distance = b.call(voronoi_nodes.voronoi_distance, *inputs, static=("F2", "EUCLIDEAN", 3, True))
     both = b.call(voronoi_nodes.voronoi_distances, *inputs, static=("EUCLIDEAN", 3, True))
     same = b.call(ir.as_float, values[0])
-    return [*values, *made, normal, lit, *direction, *part, *distance, *both, *same]
+    at_rest = b.call(coordinates.normal_at_rest, normal)  # where displacement bends and Bumps follow
+    return [*at_rest, *values, *made, normal, lit, *direction, *part, *distance, *both, *same]
 
 
 def test_conversions_give_float32() -> None:
