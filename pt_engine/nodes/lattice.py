@@ -41,20 +41,19 @@ class Hashes:
 
     def __init__(self, dimension: int, active: tuple[int, ...], work: UInt32, memory: Memory) -> None:
         self.dimension, axes = dimension, len(active)
-        self.a, self.b, self.c, spare = work
+        a, b, c, spare = work
+        self.c: UInt32 = c
         n = work.shape[-1]
         self.start = np.array((SEED + 4 * dimension) & 0xFFFFFFFF, np.uint32)
         self.corners = memory.array((2, dimension, n), np.uint32)
         self.keys = [corner.reshape((1,) * axes + (n,)) for corner in self.corners[0]]
         for k, axis in enumerate(active):
             self.keys[axis] = self.corners[:, axis].reshape(*along(k, axes), n)
-        self.three = [*self.keys, self.start, self.start][:3]
-        x, y, z = self.three
-        self.first = memory.array(np.broadcast_shapes(y.shape, z.shape), np.uint32)
-        turned = {shape: halves(spare, shape) for shape in (y.shape, self.first.shape, self.a.shape)}
+        x, y, z = [*self.keys, self.start, self.start][:3]
+        first = memory.array(np.broadcast_shapes(y.shape, z.shape), np.uint32)
+        turned = {shape: halves(spare, shape) for shape in (y.shape, first.shape, a.shape)}
         # with bytes one up the next 8 bits come to lie on the lowest ones, without a shift
-        last, next_ = (bits.reshape(-1).view(np.uint8) for bits in (self.c, self.b))
-        first, a, b, c = self.first, self.a, self.b, self.c
+        last, next_ = (bits.reshape(-1).view(np.uint8) for bits in (c, b))
         self.steps: list[Step] = [
             *mixed(z, y, 14, first, turned),
             *mixed(x, first, 11, a, turned),
@@ -90,8 +89,7 @@ class Hashes:
         np.add(near, NUMBER[1], far)
         for ufunc, x, y, out in self.steps:
             ufunc(x, y, out)
-        c: UInt32 = self.c
-        return c
+        return self.c
 
 
 def mixed(x: UInt32, y: UInt32, k: int, out: UInt32, turned: Turned) -> list[Step]:
