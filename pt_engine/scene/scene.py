@@ -286,10 +286,10 @@ class Scene:
         for number, span in spans:
             group = self.groups[number]
             part = path.part(span)
-            lanes = Lanes(self, si.part(span), part, group.smooth)
+            bsdf = self._shade_batch(Lanes(self, si.part(span), part, group.smooth), group.batch, part)
             if self.terminator is not None and group.smooth:
-                si.ns[:, span] = lanes.ns
-            slices.append((span, self._shade_batch(lanes, group.batch, part)))
+                si.ns[:, span] = bsdf.normal
+            slices.append((span, bsdf))
             if number < self.smooth_groups:
                 smooth_count = span.stop
         return ShadedBSDF(si.size, slices, smooth_count)

@@ -127,6 +127,12 @@ class SliceBSDF:
         self.frames = [self._frame(c) for c in self.closures]
         self.shares = self._shares()
 
+    @property
+    def normal(self) -> Float32:
+        """(3, N) or (3, 1) of the surface, bent where displacement is shaded; bumps are a closure's own."""
+        base = self.closures[0].base if self.closures else None
+        return self.lanes.ns if base is None else base
+
     def _frame(self, closure: ClosureLike) -> LocalFrame:
         specular = self.bent and getattr(closure.bsdf, "SPECULAR", False)
         key = (id(closure.normal), id(closure.tangent), specular)
@@ -198,9 +204,9 @@ class SliceBSDF:
         bumps on it, and the true one where the closure has drawn `wo` itself: so its rays leave the surface,
         and none is lost between the two horizons.
         """
-        closure, horizon = self.closures[k], self.lanes.horizon
-        if closure.base is not None and closure.normal is not closure.base and horizon is not self.lanes.ng:
-            horizon = closure.base
+        horizon = self.lanes.horizon
+        if horizon is not self.lanes.ng and self.closures[k].normal is not self.normal:
+            horizon = self.normal
         valid = self._same_side(wo, cos_o, horizon)
         if chosen is None or horizon is self.lanes.ng:
             return valid
@@ -209,7 +215,7 @@ class SliceBSDF:
     def _shadow(self, k: int, wo: Float32) -> Float32 | float:
         """What bumps leave of a diffuse closure's light (`bump_shadow`)."""
         closure = self.closures[k]
-        smooth = self.lanes.ns if closure.base is None else closure.base
+        smooth = self.normal
         if closure.normal is None or closure.normal is smooth or getattr(closure.bsdf, "SPECULAR", False):
             return 1.0
         return bump_shadow(smooth, closure.normal, wo)

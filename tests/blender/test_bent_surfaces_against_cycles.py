@@ -218,6 +218,25 @@ def test_a_mixture_scatters_what_its_parts_do_about_a_smooth_bent_normal(tmp_pat
     assert abs(both - theirs) < 0.006
 
 
+@pytest.mark.parametrize("offset", [0.0, 0.1])
+@pytest.mark.parametrize("angle", [60, 110])
+def test_bumps_on_a_displaced_ball_have_the_horizon_and_shadows_of_the_bent_surface(angle, offset, tmp_path):
+    """Gloss that a sun of one direction lights once, from the side. Noise: 0.002 of it."""
+    smooth_ball("BsdfAnisotropic")
+    tree = bpy.data.materials["Sheet"].node_tree
+    raised(tree, next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL"))
+    bpy.context.object.shadow_terminator_geometry_offset = offset
+    bpy.context.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.0
+    sun = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+    sun.data.energy, sun.data.angle = 3.0, 0.0
+    sun.rotation_euler = (0, np.radians(angle), 0)
+    bpy.context.scene.collection.objects.link(sun)
+    only = {f"{kind}_bounces": 0 for kind in ("max", "diffuse", "glossy", "transmission")}
+    ours = np.mean([image[..., :3].mean() for image in by_engine(64, (48, 48), max_depth=2)])
+    theirs = np.mean([image[..., :3].mean() for image in by_cycles(128, (48, 48), tmp_path, **only)])
+    assert abs(ours - theirs) < 0.006 * theirs, (ours, theirs)
+
+
 def test_coverage_tells_that_lamps_shine_through_bumps_undimmed():
     sheet("BsdfTranslucent", "bump", 0.3)
     snapshot = export_scene(bpy.context.evaluated_depsgraph_get())
